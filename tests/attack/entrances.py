@@ -220,8 +220,6 @@ def _add_records(add: Add, joint: Any) -> None:
     add("measure, folded", ms.measure, record=record, confidence=0.9)
     add("identify an interface", ms.identify, ("pair",), records=record, normal_load=9.0,
         pair=joint.surface.pair, area=1e-4)  # fmt: skip
-    add("Record with a command", ms.Record, displacement=x, force=force, sample_rate=64.0,
-        commanded=x)  # fmt: skip
     add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
         sample_rate=100.0)  # fmt: skip
     loaded = ms.Record(

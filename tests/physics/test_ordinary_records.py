@@ -107,8 +107,8 @@ def test_cycles_are_cut_at_gaps(name: str) -> None:
     assert measured.mean["dissipated_energy"].value == pytest.approx(ENERGY, rel=2e-3)
     assert measured.frequency == pytest.approx(FREQUENCY, rel=1e-2)
     # Cuts are known to a sample; phases say more where a block has more than one cycle.
-    rate = all_turns(record.time, record.displacement, blocks_of(record)).rate
-    assert rate == pytest.approx(FREQUENCY, rel=2e-3 if "1.3" not in name else 4e-3)
+    samples = all_turns(record.time, record.displacement, blocks_of(record))[1]
+    assert RATE / samples == pytest.approx(FREQUENCY, rel=2e-3 if "1.3" not in name else 4e-3)
     assert folded.amplitude == pytest.approx(AMPLITUDE, rel=5e-3)
     assert folded.cycles >= fewest_from_peaks - 1
 
@@ -231,8 +231,6 @@ def test_no_narrow_interval_stands_around_a_moving_mean() -> None:
     assert mean.low < 0.335
     assert mean.high > 0.545
     assert not measured.is_settled
-    grown = measured.drift("friction_peak")
-    assert grown.value == pytest.approx(0.22 / 399, rel=0.01)
 
 
 @pytest.mark.parametrize("cycles", [20, 40, 300])

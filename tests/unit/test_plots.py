@@ -52,9 +52,7 @@ def test_every_law(law) -> None:
 
 
 def test_records_cycles_and_fits() -> None:
-    rig = ms.VirtualTribometer(
-        JOINT.at(normal_load=200.0), noise={"force": 0.01, "displacement": 1e-9}
-    )
+    rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise=1e-4)
     record = rig.record(amplitude=2e-5, frequency=10.0, cycles=4)
     axes = record.plot()
     assert axes[-1].get_xlabel() == "Time [ms]"
@@ -99,7 +97,7 @@ def test_pdf_as_a_format(here) -> None:
     names = study.run().summary["files"]
     assert "loops.pdf" in names
     assert not [name for name in names if name.endswith(".svg")]
-    rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise={"force": 0.01})
+    rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise=1e-4)
     rig.record(amplitude=2e-5, frequency=10.0, cycles=4).to_csv("run.csv")
     outcome = run("measure", "run.csv", "-o", "out", "--pdf")
     assert outcome.exit_code == 0, outcome.output

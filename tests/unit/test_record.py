@@ -382,14 +382,12 @@ def records(draw: st.DrawFn) -> ms.Record:
         keywords["normal_load"] = np.abs(draw(series))
     elif load == "number":
         keywords["normal_load"] = draw(st.floats(1e-3, 1e6))
-    if draw(st.booleans()):
-        keywords["commanded"] = draw(series)
     notes = tuple(draw(st.lists(st.text(max_size=30), max_size=2)))
     return ms.Record(draw(series), draw(series), notes=notes, **keywords)
 
 
 def same(a: ms.Record, b: ms.Record) -> None:
-    for key in ("displacement", "force", "normal_load", "time", "commanded"):
+    for key in ("displacement", "force", "normal_load", "time"):
         first, second = getattr(a, key), getattr(b, key)
         assert (first is None) == (second is None), key
         if first is not None:

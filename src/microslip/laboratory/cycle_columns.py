@@ -16,7 +16,6 @@ from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.estimates import trend
 from microslip.laboratory.record import Record
 from microslip.laboratory.reversals import Branches, Reversals, branches_of
-from microslip.laboratory.settling import is_certain
 from microslip.readers.roles import by_role
 
 _MOVED, _PUSHED = ("displacement",), ("force",)
@@ -130,8 +129,8 @@ def block_columns(
 def _drift(branches: Branches, channel: str, middles: Floats) -> float:
     """Return the change of the mid-range of a channel per sample; 0 if not significant."""
     high, low = getattr(branches.peaks, channel), getattr(branches.troughs, channel)
-    line = trend(middles, 0.5 * (high + low), 0.95, independent=False)
-    return line.value if is_certain(line) else 0.0
+    line = trend(middles, 0.5 * (high + low), independent=False)
+    return line.slope if line.is_certain else 0.0
 
 
 def columns_of(record: Record, compliance: float) -> dict[str, Floats]:

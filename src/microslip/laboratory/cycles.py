@@ -35,7 +35,6 @@ from microslip.laboratory.settling import (
     OPEN,
     Settled,
     excess_loss_notes,
-    is_certain,
     named_cycles,
     requested,
     settled,
@@ -288,10 +287,10 @@ class Cycles:
         notes = []
         for channel, size in (("displacement", "amplitude"), ("force", "force_amplitude")):
             offsets = self.columns[f"{channel}_offset"][rows]
-            line = trend(rows.astype(float), offsets, 0.95, independent=False)
-            total = line.value * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
+            line = trend(rows.astype(float), offsets, independent=False)
+            total = line.slope * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
             share = abs(total) / (2.0 * abs(float(np.median(self.columns[size][rows]))) or 1.0)
-            if is_certain(line) and share > DRIFTS:
+            if line.is_certain and share > DRIFTS:
                 notes.append(
                     f"the {channel} drifts by {engineering(total, UNITS[channel])} over the "
                     f"evaluated cycles, {significant(100.0 * share, 2)} % of its range; a linear "

@@ -23,6 +23,8 @@ correlation does more harm than too large a one."""
 _NORMAL = 100_000
 """Degrees of freedom at which Student's distribution is the normal one."""
 _HIGHEST, _FARTHEST = 0.999, 2.0
+CERTAIN = 5.0
+"""Standard errors of a significant trend; the limits are this project's."""
 
 
 class Estimate(NamedTuple):
@@ -189,21 +191,37 @@ def mean_of_inverses(values: Floats, confidence: float, moving: bool = False) ->
     return Estimate(1.0 / of.value, 1.0 / of.high, 1.0 / of.low, error, of.number)
 
 
-def trend(x: Floats, y: Floats, confidence: float, independent: bool = True) -> Estimate:
-    """Fit a straight line y(x) by least squares; return its slope with Student's interval.
+class Trend(NamedTuple):
+    """Slope of a straight line through values, with its standard error."""
 
-    Unless ``independent``, the interval includes the correlation of successive values.
+    slope: float
+    standard_error: float
+    number: int
+    """Number of values."""
+
+    @property
+    def is_certain(self) -> bool:
+        """Whether the slope exceeds five standard errors and passes a t test at 99.9 %."""
+        if self.number < 4:
+            return False
+        least = max(CERTAIN, quantile(0.999, self.number - 2))
+        return abs(self.slope) > least * self.standard_error
+
+
+def trend(x: Floats, y: Floats, independent: bool = True) -> Trend:
+    """Fit a straight line y(x) by least squares.
+
+    Unless ``independent``, the standard error includes the correlation of successive values.
     """
     if x.size < 2 or np.ptp(x) == 0.0:
-        return Estimate(math.nan, math.nan, math.nan, math.nan, int(x.size))
+        return Trend(math.nan, math.nan, int(x.size))
     away = x - x.mean()
     square = float(np.dot(away, away))
     slope = float(np.dot(away, y)) / square
     if x.size < 3:
-        return Estimate(slope, math.nan, math.nan, math.nan, int(x.size))
+        return Trend(slope, math.nan, int(x.size))
     residual = y - y.mean() - slope * away
-    dependence = Dependence(1.0, x.size - 2) if independent else dependence_of(residual, 2)
     error = math.sqrt(float(np.dot(residual, residual)) / (x.size - 2) / square)
-    error *= math.sqrt(dependence.factor)
-    half = quantile(confidence, dependence.freedom) * error
-    return Estimate(slope, slope - half, slope + half, error, int(x.size))
+    if not independent:
+        error *= math.sqrt(dependence_of(residual, 2).factor)
+    return Trend(slope, error, int(x.size))

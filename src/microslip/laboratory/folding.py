@@ -16,7 +16,7 @@ from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
 from microslip.laboratory.cycles import Cycles, cycles_of, step_of
-from microslip.laboratory.estimates import Estimate, trend
+from microslip.laboratory.estimates import Trend, trend
 from microslip.laboratory.mean_cycle import (
     MeanCycle,
     all_turns,
@@ -85,8 +85,6 @@ class Folded(Locked):
     """Effects of the converter steps, one standard deviation per row [N]."""
     growth: float = 0.0
     """Relative growth of the force of the loops over the cycles; 0 if not significant."""
-    freedom: float = math.inf
-    """Degrees of freedom of the noise of the force."""
     corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
     """Phases [rad] of corners of the displacement."""
     cycle_amplitude: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
@@ -172,8 +170,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     x, force = record.displacement, record.force
     seconds = record.seconds
     time = np.arange(float(x.size)) if seconds is None else seconds
-    phases = all_turns(time, x, judgement.blocks)
-    samples_a_cycle = phases.samples_a_cycle
+    turns, samples_a_cycle = all_turns(time, x, judgement.blocks)
     is_folded, spike_notes = _folded_cycles(judgement)
     counting = judgement.settled
     rows = np.flatnonzero(is_folded)
@@ -183,8 +180,8 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     inside &= is_folded[place]
     del sample
     place = (np.cumsum(is_folded) - 1)[place[inside]]
-    phase = 2.0 * math.pi * phases.turns[inside]
-    del phases
+    phase = 2.0 * math.pi * turns[inside]
+    del turns
     x, force = x[inside], force[inside]
     phase_count, is_alike = places_of(phase, samples_a_cycle)
     size = int(min(bins, max(16, phase_count)))
@@ -245,7 +242,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     sums: Floats = counts * level.base
     sums += np.bincount(place, level.residual, minlength=rows.size * size).reshape(shape)
     grown = _growth(sums, counts, level.mean)
-    growth = grown.value if abs(grown.value) > _LIKELY * grown.standard_error else 0.0
+    growth = grown.slope if abs(grown.slope) > _LIKELY * grown.standard_error else 0.0
     return Folded(
         name=record.name,
         phase=lock(curve.middle),
@@ -266,19 +263,18 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
         growth=growth,
         drifted=lock(drifted),
         stepped=lock(stepped),
-        freedom=max(curve.freedom - 1.0, 1.0),
         corners=lock(motion.corners),
         samples=lock(samples),
     )
 
 
-def _growth(sums: Floats, counts: Floats, mean: Floats) -> Estimate:
+def _growth(sums: Floats, counts: Floats, mean: Floats) -> Trend:
     number = sums.shape[0]
     away = mean - np.average(mean, weights=counts.sum(axis=0))
     if number < _JUDGED or not away.any():
-        return Estimate(0.0, math.nan, math.nan, math.inf, number)
+        return Trend(0.0, math.inf, number)
     factors = (sums @ away - counts @ (away * (mean - away))) / (counts @ away**2)
-    return trend(np.linspace(0.0, 1.0, number), factors, 0.95)
+    return trend(np.linspace(0.0, 1.0, number), factors)
 
 
 def _folded_cycles(judged: Cycles) -> tuple[NDArray[np.bool_], tuple[str, ...]]:

@@ -241,19 +241,12 @@ def _from_first_cut(turn: Floats, cycles: Cuts) -> Floats:
     return turn
 
 
-class Turns(NamedTuple):
-    """Phase of each sample of a record."""
+def all_turns(time: Floats, x: Floats, blocks: Blocks) -> tuple[Floats, float]:
+    """Return the phase of each sample of a record [cycles], and the mean samples per cycle.
 
-    turns: Floats
-    """Phase [cycles], an integer at peaks, continued over gaps; NaN outside the blocks."""
-    rate: float
-    """Cycles per second, or per sample without a time."""
-    samples_a_cycle: float
-    """Samples per cycle, averaged over the blocks."""
-
-
-def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
-    """Return the phases of a record, with the logged cycles of all blocks numbered in sequence."""
+    The phase is an integer at peaks and NaN outside the blocks, whose logged cycles are numbered in
+    sequence.
+    """
     parts = [
         turns_of(time[block.samples], x[block.samples], block.cycles)
         for block in blocks.having_cycles
@@ -271,7 +264,7 @@ def all_turns(time: Floats, x: Floats, blocks: Blocks) -> Turns:
         before += block.cycle_count
         steps += turn.size - 1
         span += float(turn[-1] - turn[0])
-    return Turns(turns, rate, steps / span)
+    return turns, steps / span
 
 
 def _at_rate(time: Floats, x: Floats, cycles: Cuts, rate: float) -> Floats:

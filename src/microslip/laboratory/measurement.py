@@ -35,7 +35,6 @@ from microslip.laboratory.estimates import (
     checked_confidence,
     mean_of,
     mean_of_inverses,
-    trend,
     with_gain,
 )
 from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
@@ -167,25 +166,6 @@ class Measurement(Plottable):
                 possible[name] = share
         return possible
 
-    def drift(self, column: str) -> Estimate:
-        """Return the change of a column per cycle, fitted by least squares.
-
-        Parameters
-        ----------
-        column : str
-            Name of the column, such as "displacement_offset" [m] or "dissipated_energy" [J].
-
-        Returns
-        -------
-        Estimate
-            Change per logged cycle, in the unit of the column.
-        """
-        if not isinstance(column, str) or column not in self.cycles:
-            raise InputError(f"column must be one of {', '.join(self.cycles)}, got {show(column)}")
-        y = self.cycles[column]
-        fine = np.isfinite(y)
-        return trend(np.arange(float(y.size))[fine], y[fine], self.confidence)
-
     def summary(self) -> dict[str, Any]:
         """Return the contents of summary.json: results without the columns; NaN becomes None."""
         levels = [
@@ -204,7 +184,6 @@ class Measurement(Plottable):
                 "confidence": self.confidence,
                 "settled": self.is_settled,
                 **named(self, "frequency", "third_harmonic", "load_ripple", "rig_stiffness"),
-                "drift": {name: self.drift(name).value for name in self.mean},
                 "mean": _with_units(self.mean),
                 "levels": levels,
                 "notes": self.notes,

@@ -6,8 +6,6 @@ from microslip._core import units
 from microslip._core.options import option
 from microslip._core.units import STIFFNESS
 
-_ROLES = "displacement, force, normal_load, time or commanded"
-
 DISPLACEMENT = option("displacement", "Column of the displacement.", metavar="COLUMN")
 FORCE = option("force", "Column of the tangential force.", metavar="COLUMN")
 NORMAL_LOAD = option(
@@ -21,7 +19,10 @@ SAMPLE_RATE = option(
     metavar="HZ",
 )  # fmt: skip
 FLIP_SIGN = option("flip_sign", "Reverse the sign of the force.", bool, default=False)
-UNITS = option("units", f"Unit of {_ROLES}; may be repeated.", flag="unit", metavar="WHAT=UNIT")
+UNITS = option(
+    "units", "Unit of displacement, force, normal_load or time; may be repeated.", flag="unit",
+    metavar="WHAT=UNIT",
+)  # fmt: skip
 CALIBRATION = option(
     "calibration",
     'Factor of a sensor, such as force="12.5 N/V", or with its deviation, force=1±0.01, which the '

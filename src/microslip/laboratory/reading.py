@@ -73,9 +73,9 @@ def read(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
     """Read a file; return the arguments of :class:`Record` by name.
 
     ``stated`` has the arguments of :meth:`Record.read`: names of columns by role, and "sample_rate"
-    [Hz], "units", "calibration", "sign", "zero", "rows" and "format"; None where nothing is given.
+    [Hz], "units", "calibration", "sign", "zero" and "rows"; None where nothing is given.
     """
-    table = read_table(path, "a record", stated["format"])
+    table = read_table(path, "a record")
     columns = understood(table.columns)
     load = _one_load(columns, stated["normal_load"])
     by_part, how = _columns_by_part(columns, stated, skip_load=load is not None)

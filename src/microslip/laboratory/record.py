@@ -33,7 +33,6 @@ UNITS = {
     "displacement": "m",
     "force": "N",
     "normal_load": "N",
-    "commanded": "m",
     "cycle_number": "-",
 }
 
@@ -58,8 +57,6 @@ class Record(Locked, Plottable):
         Time [s] of each sample, strictly increasing.
     sample_rate : float, optional
         Sampling rate [Hz], as an alternative to `time`.
-    commanded : array_like, optional
-        Commanded displacement of the rig [m], one for each sample.
     cycle_number : array_like, optional
         Cycle counter of the rig [-], one for each sample, never decreasing. It identifies the
         cycles if only some were logged.
@@ -74,7 +71,6 @@ class Record(Locked, Plottable):
     normal_load: NDArray[np.float64] | float | None
     time: NDArray[np.float64] | None
     sample_rate: float | None
-    commanded: NDArray[np.float64] | None
     cycle_number: NDArray[np.float64] | None
     name: str
     notes: tuple[str, ...]
@@ -87,7 +83,6 @@ class Record(Locked, Plottable):
         time: ArrayLike | None = None,
         sample_rate: float | None = None,
         *,
-        commanded: ArrayLike | None = None,
         cycle_number: ArrayLike | None = None,
         name: str = "record",
         notes: tuple[str, ...] = (),
@@ -106,7 +101,6 @@ class Record(Locked, Plottable):
         for key, raw_values in (
             ("force", force),
             ("time", time),
-            ("commanded", commanded),
             ("cycle_number", cycle_number),
         ):
             if raw_values is not None or key == "force":
@@ -176,7 +170,6 @@ class Record(Locked, Plottable):
         force: str | None = None,
         normal_load: str | float | None = None,
         time: str | bool | None = None,
-        commanded: str | bool | None = None,
         cycle_number: str | bool | None = None,
         sample_rate: float | None = None,
         units: Mapping[str, str] | None = None,
@@ -184,23 +177,21 @@ class Record(Locked, Plottable):
         sign: int | Mapping[str, int] | None = None,
         zero: Mapping[str, str | float] | None = None,
         rows: slice | None = None,
-        format: str | None = None,
         name: str | None = None,
         limit: int = POINTS,
     ) -> Record:
         """Read a record from text (CSV, TSV, TXT), Excel, MATLAB, TDMS, HDF5 or NumPy files.
 
-        Columns and units that are not given are detected from their names and units; ambiguous ones
-        raise an error. `notes` of the record state from which column and unit each channel was
-        read. The file is not changed.
+        The format is detected from the first bytes. Columns and units that are not given are
+        detected from their names and units; ambiguous ones raise an error. `notes` of the record
+        state from which column and unit each channel was read. The file is not changed.
 
         Parameters
         ----------
         path : str or path
             File to read.
-        displacement, force, commanded : str, optional
-            Names of the columns, with or without their unit, or "#2" for the second column;
-            ``commanded=False`` for none.
+        displacement, force : str, optional
+            Names of the columns, with or without their unit, or "#2" for the second column.
         cycle_number : str or False, optional
             Column of the rig's cycle counter; False for none.
         normal_load : str or float, optional
@@ -224,9 +215,6 @@ class Record(Locked, Plottable):
             text ("0.3 N"), or "mean", "middle" (of minimum and maximum) or "first".
         rows : slice, optional
             Rows to read, counted from 0.
-        format : str, optional
-            "text", "excel", "mat", "tdms", "hdf5", "npy", "npz"; by
-            default detected from the first bytes.
         name : str, optional
             Name of the record; by default the name of the file.
         limit : int
@@ -243,7 +231,6 @@ class Record(Locked, Plottable):
             "force": force,
             "normal_load": normal_load,
             "time": time,
-            "commanded": commanded,
             "cycle_number": cycle_number,
             "units": units,
             "sign": sign,
@@ -251,7 +238,6 @@ class Record(Locked, Plottable):
             "calibration": calibration,
             "zero": zero,
             "rows": rows,
-            "format": format,
         }
         with reading(path, "a record", limit, path_text(path)):
             parts = read(path, stated)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip._core.wording import plural
-from microslip.laboratory.estimates import Estimate, dependence_of, quantile, trend
+from microslip.laboratory.estimates import CERTAIN, Trend, dependence_of, quantile, trend
 
 ALIKE, MORE_ALIKE = 0.02, 0.003
 """Largest relative change of force or energy over a settled stretch, and the one tried first."""
@@ -24,8 +24,6 @@ ONE_AMPLITUDE = 0.01
 """Largest relative range of cycles of one amplitude, unless noise makes it larger."""
 _DRIFT = 1.1
 """Largest over smallest amplitude of a drift; more is a run-up."""
-CERTAIN = 5.0
-"""Standard errors of a significant trend; the limits are this project's."""
 _NOISE = 10.0
 """Largest range of the amplitudes of like cycles over their noise."""
 OPEN = 0.25
@@ -251,25 +249,17 @@ def _longest(values: Floats) -> tuple[int, int]:
     return begin, begin + shortest
 
 
-def is_certain(line: Estimate) -> bool:
-    """Return whether a trend exceeds five standard errors and passes a t test at 99.9 %."""
-    if line.number < 4:
-        return False
-    return abs(line.value) > max(CERTAIN, quantile(0.999, line.number - 2)) * line.standard_error
-
-
 def _moves(values: Floats, smallest: float) -> bool:
     """Return whether values have a significant trend that changes them by over ``smallest``."""
-    slope, error = _slope(values)
+    slope, error = _slope(values)[:2]
     certain = CERTAIN
     if values.size < HALVED:
         certain = max(certain, quantile(1.0 - CHANCE, max(values.size - 2, 1)))
     return abs(slope * (values.size - 1)) > smallest and abs(slope) > certain * error
 
 
-def _slope(values: Floats) -> tuple[float, float]:
-    line = trend(np.arange(values.size, dtype=float), values, 0.95)
-    return line.value, line.standard_error
+def _slope(values: Floats) -> Trend:
+    return trend(np.arange(values.size, dtype=float), values)
 
 
 def _moving(

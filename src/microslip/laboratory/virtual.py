@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,13 +14,11 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, number, positive, show, whole_number
 from microslip._core.errors import InputError
 from microslip.friction import BackboneLaw
-from microslip.readers.roles import by_role
 
 if TYPE_CHECKING:
     from microslip.laboratory.record import Record
 
-_UNITS = {"displacement": "m", "force": "N", "normal_load": "N"}
-CHANNELS = tuple(_UNITS)
+_CHANNELS = ("displacement", "force", "normal_load")
 SAMPLES_A_CYCLE = 512
 _FEWEST_SAMPLES = 16
 _MOST_SAMPLES = 100_000_000
@@ -85,10 +82,9 @@ class VirtualTribometer:
         Joint under test, at its own normal load.
     rig_stiffness : float, optional
         Stiffness of the rig [N/m], above zero; if omitted or infinite, the rig is rigid.
-    noise : float or mapping, optional
-        White Gaussian noise. A number [-] is the standard deviation of each channel relative to
-        its amplitude (of the load: to its mean). A mapping of "displacement" [m], "force" [N] and
-        "normal_load" [N] gives the standard deviations themselves.
+    noise : float, optional
+        White Gaussian noise: standard deviation of each channel relative to its amplitude (of the
+        load: to its mean) [-].
     load_ripple : float, optional
         Largest deviation of the normal load relative to its mean [-], 0 <= ripple < 1; 0.02 on
         the rig of the chapter. The deviation is proportional to the tangential force at constant
@@ -118,7 +114,7 @@ class VirtualTribometer:
     joint: BackboneLaw
     _: KW_ONLY
     rig_stiffness: float | None = None
-    noise: float | Mapping[str, float] = 0.0
+    noise: float = 0.0
     load_ripple: float = 0.0
     ripple_phase: float = 0.0
     third_harmonic: float = 0.0
@@ -151,7 +147,9 @@ class VirtualTribometer:
                 f"load_ripple has no meaning for {type(self.joint).__name__}: it has no surface"
             )
         whole_number("seed", self.seed, 0)
-        keep(self, "noise", _checked_noise(self.noise))
+        keep(self, "noise", number("noise", self.noise))
+        if self.noise < 0.0:
+            raise InputError(f"`noise` must not be negative, got {exact(self.noise)}")
 
     @cached_property
     def series(self) -> BackboneLaw:
@@ -179,7 +177,7 @@ class VirtualTribometer:
         -------
         Record
             Displacement [m] at the transducer, force [N] and, if the joint has one, normal load
-            [N], each with noise; ``commanded`` is the displacement without noise.
+            [N], each with noise.
         """
         from microslip.laboratory.record import Record
 
@@ -207,8 +205,7 @@ class VirtualTribometer:
         history = {"displacement": x, "force": force, "normal_load": load}
         clean = {name: v[sampled] for name, v in history.items() if v is not None}
         noisy = self._with_noise(clean, amplitude)
-        name, commanded = "virtual tribometer", clean["displacement"]
-        return Record(**noisy, sample_rate=rate, commanded=commanded, name=name)
+        return Record(**noisy, sample_rate=rate, name="virtual tribometer")
 
     def _angles(self, samples: Floats) -> tuple[Floats, NDArray[np.intp]]:
         """Return the phases of the drive [rad] for integration, and the indices of the samples.
@@ -273,36 +270,16 @@ class VirtualTribometer:
 
     def _with_noise(self, clean: Mapping[str, Floats], amplitude: float) -> dict[str, Any]:
         # A stream of its own for each channel: noise on one changes nothing in the others.
-        streams = np.random.default_rng(self.seed).spawn(len(CHANNELS))
+        streams = np.random.default_rng(self.seed).spawn(len(_CHANNELS))
         noisy = {}
-        for name, stream in zip(CHANNELS, streams, strict=True):
+        for name, stream in zip(_CHANNELS, streams, strict=True):
             if name not in clean:
                 continue
             values = clean[name]
-            if isinstance(self.noise, Mapping):
-                size = self.noise.get(name, 0.0)
-            else:
-                half_range = amplitude if name == "displacement" else 0.5 * float(np.ptp(values))
-                scale = float(values.mean()) if name == "normal_load" else half_range
-                size = self.noise * scale
+            half_range = amplitude if name == "displacement" else 0.5 * float(np.ptp(values))
+            size = self.noise * (float(values.mean()) if name == "normal_load" else half_range)
             noisy[name] = values + stream.normal(0.0, size, values.size) if size else values
         return noisy
-
-
-def _checked_noise(noise: float | Mapping[str, float]) -> float | Mapping[str, float]:
-    if not isinstance(noise, Mapping):
-        return _not_negative("noise", noise, "")
-    sizes = by_role("noise", noise, '{"force": 2.0}', CHANNELS)
-    return MappingProxyType(
-        {name: _not_negative(f'noise["{name}"]', v, _UNITS[name]) for name, v in sizes.items()}
-    )
-
-
-def _not_negative(name: str, value: float, unit: str) -> float:
-    result = number(name, value, unit)
-    if result < 0.0:
-        raise InputError(f"`{name}` must not be negative, got {exact(result)}")
-    return result
 
 
 def motion_over_amplitude(angle: Floats, share: float) -> Floats:

@@ -35,7 +35,6 @@ ROLE_KINDS = {
     "force": FORCE,
     "normal_load": FORCE,
     "time": RECORD_TIME,
-    "commanded": LENGTH,
 }
 """Quantities of a record, in the order of messages."""
 CYCLE_NUMBER = "cycle_number"
@@ -50,9 +49,6 @@ _RAW = (
 NEEDED = ("displacement", "force")
 # Words of names, in English, German, French and Japanese.
 _TIME = {"time", "elapsed", "timestamp", "zeit", "temps", "時間", "時刻", "経過時間"}
-_COMMANDED = {
-    "commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert", "指令",
-}  # fmt: skip
 _MOVED = {
     "displacement", "displacements", "disp", "position", "pos", "stroke", "slip", "travel",
     "deflection", "lvdt", "elongation", "weg", "verfahrweg", "verschiebung", "auslenkung",
@@ -74,6 +70,7 @@ _NEITHER = {
     "temp", "torque", "energy", "moment", "power", "rate", "error", "stiffness", "stress", "wear",
     "height", "raw", "counter", "number", "cycle", "cycles", "係数", "速度", "温度",
     "応力", "摩擦距離", "仕事", "エネルギー", "トルク", "剛性", "摩耗", "圧力",
+    "commanded", "command", "cmd", "setpoint", "target", "demand", "soll", "sollwert", "指令",
 }  # fmt: skip
 
 _CYCLES = {
@@ -89,7 +86,7 @@ _COEFFICIENTS = {
     "cof", "mu", "µ", "μ", "reibwert", "reibungszahl", "reibzahl", "reibkoeffizient", "摩擦係数",
 }  # fmt: skip
 
-_TELLING = _TIME | _COMMANDED | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
+_TELLING = _TIME | _MOVED | _ALONG | _ACROSS | _FORCES | _LOADS | _NEITHER
 # Japanese names are written without spaces; "力" alone is also the end of 圧力, pressure.
 _JAPANESE = {word for word in _TELLING | _CYCLES | _COEFFICIENTS | _COUNTED if word > "぀"} - {"力"}
 
@@ -133,7 +130,7 @@ def guess(columns: Sequence[Named], role: str, by_part: Mapping[str, Named]) -> 
 
 def is_of_loop(column: Named) -> bool:
     """Return whether a column, for example a force, indicates a friction test, not a ring-down."""
-    if role_of(column) in ("force", "normal_load", "commanded", CYCLE_NUMBER):
+    if role_of(column) in ("force", "normal_load", CYCLE_NUMBER):
         return True
     return is_coefficient(column) or fits(column.unit, FORCE)
 
@@ -179,8 +176,6 @@ def _by_words(name: str) -> str | None:
         return None
     across, along, moved = words & _ACROSS, words & _ALONG, words & _MOVED
     force = words & (_FORCES | _LOADS)
-    if words & _COMMANDED:
-        return None if force or across else "commanded"
     if moved:
         return None if force or across else "displacement"
     if across or along:

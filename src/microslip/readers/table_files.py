@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from microslip._core.wording import quote, quoted
 from microslip.readers import array_files, arrays, hdf5, laboratory, matlab, text
 from microslip.readers.files import file_kind, foreign_kind, head_of
 from microslip.readers.tables import RawTable
@@ -22,8 +21,8 @@ READERS: Mapping[str, Callable[[Path], RawTable]] = {
 """Readers of columns by file format."""
 
 
-def read_table(path: Path, noun: str, file_format: object = None) -> RawTable:
-    """Read the table in a file, in the given format or the one detected from its content.
+def read_table(path: Path, noun: str) -> RawTable:
+    """Read the table in a file, in the format detected from its content.
 
     Parameters
     ----------
@@ -31,19 +30,13 @@ def read_table(path: Path, noun: str, file_format: object = None) -> RawTable:
         File to read.
     noun : str
         Expected content, for messages, such as ``"a record"``.
-    file_format : str, optional
-        Key of :data:`READERS`.
 
     Raises
     ------
     ValueError
-        If the format is unknown or not recognised, or the file is empty.
+        If the format is not recognised, or the file is empty.
     """
     head = head_of(path)
-    if file_format is not None:
-        if not isinstance(file_format, str) or file_format not in READERS:
-            raise ValueError(f"wanted format {quoted(sorted(READERS))}, got {quote(file_format)}")
-        return READERS[file_format](path)
     if not head:
         raise ValueError(f"wanted {noun}, got an empty file")
     kind = file_kind(head, path.suffix.lower())

@@ -21,7 +21,6 @@ from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.figures import measured_loops
 from microslip.laboratory.reading import ChannelNote
 from microslip.laboratory.regimes import GROSS, STICK
-from microslip.laboratory.settling import is_certain
 from microslip.report import cells
 from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Document, Items, Note, Section, Table
@@ -200,18 +199,9 @@ def _means(measured: Measurement) -> Table:
         if name in measured.mean
     ]
     data = DataSet.of_rows({name: (_quantity(name), measured.mean[name][:3]) for name in names})
-    table = cells.by_quantity(
-        "Means over the cycles",
-        data,
-        ("quantity", f"mean ({level})", "drift per cycle"),
-        [_drift(measured, name) for name in names],
-    )
-    caption = (
-        "Drift per cycle: slope of a straight line over all cycles, if larger than five standard "
-        "errors."
-    )
+    heads = ("quantity", f"mean ({level})")
     few = tuple(range(sum(name in measured.mean for name in _FIRST)))
-    return replace(table, caption=caption, few=few)
+    return replace(cells.by_quantity("Means over the cycles", data, heads), few=few)
 
 
 _OF_LEVELS = ("amplitude", "force_amplitude", "dissipated_energy", "loss_factor", "friction_peak")
@@ -240,11 +230,6 @@ def _levels(measured: Measurement) -> Table:
         ),
     }
     return Table("Results by amplitude", DataSet.of_rows(columns))
-
-
-def _drift(measured: Measurement, name: str) -> str:
-    drift = measured.drift(name)
-    return cells.cell(drift.value if is_certain(drift) else None, _quantity(name))
 
 
 def _quantity(name: str) -> Quantity:

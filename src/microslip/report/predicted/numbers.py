@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from microslip._core.quantities import UNITS, json_value, named
@@ -17,7 +18,7 @@ from microslip.study.runs.columns import (
     HistoryResponse,
     ResultColumns,
 )
-from microslip.study.runs.prediction import Defaults, Prediction
+from microslip.study.runs.prediction import Prediction
 from microslip.study.runs.rest import joint_entry
 
 KIND = "microslip-result"
@@ -28,12 +29,12 @@ REMINDER = (
 )
 
 
-def prediction_summary(result: Prediction, defaults: Defaults) -> dict[str, Any]:
-    """Return the contents of `summary.json`."""
+def prediction_summary(result: Prediction, defaults: Sequence[str]) -> dict[str, Any]:
+    """Return the contents of `summary.json`; ``defaults`` are notes on the default amplitudes."""
     study, joint = result.study, result.joints[0]
     surface, structure, scatter = study.surface, result.structure, result.scatter
     notes = [
-        *(defaults.notes() if study.reports_joint else ()),
+        *(defaults if study.reports_joint else ()),
         *load_notes(study, joint),
         *study.notes,
         REMINDER,

@@ -22,7 +22,7 @@ from microslip.study.build import build_joints
 from microslip.study.consistency import unit_warnings
 from microslip.study.description import StudyDescription
 from microslip.study.part import Part
-from microslip.study.runs.prediction import DEFAULT_AMPLITUDES, DEFAULT_POINTS, Defaults
+from microslip.study.runs.prediction import with_defaults
 from microslip.study.runs.rest import joint_entry
 from microslip.study.runs.structure_cost import Cost, cost_of
 from microslip.study.uncertain import Spread
@@ -39,10 +39,11 @@ _WORDS = {
 def preview(study: StudyDescription, progress: Progress | None = None) -> Document:
     """Return a document of the values of a study and the joint at rest, without running it."""
     joints = build_joints(study, progress)
-    default_notes = () if study.structure else Defaults.of(study, joints).notes()
-    excitation, loads = study.excitation, len(joints)
-    amplitudes = excitation.amplitudes or excitation.force_amplitudes or DEFAULT_AMPLITUDES
-    points = excitation.curve.points if excitation.curve else DEFAULT_POINTS
+    excited, notes = with_defaults(study, joints)
+    default_notes = [] if study.structure else notes
+    excitation, loads = excited.excitation, len(joints)
+    amplitudes = excitation.amplitudes or excitation.force_amplitudes or ()
+    points = 0 if excitation.curve is None else excitation.curve.points
     samples = len(excitation.history.values) if excitation.history else 0
     data: dict[str, Any] = {
         "kind": KIND,
@@ -50,7 +51,11 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "title": study.title,
         "study": study.plain(),
         "quantities": list(quantities(study)),
-        "notes": [*study.notes, *default_notes, *load_notes(study, joints[0])],
+        "notes": [
+            *study.notes,
+            *default_notes,
+            *load_notes(study, joints[0]),
+        ],
         "questions": unit_warnings(study),
         "joints": [joint_entry(study, joint) for joint in joints],
         "loops": loads * len(amplitudes),

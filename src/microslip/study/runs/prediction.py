@@ -26,9 +26,10 @@ from microslip.study.runs.columns import (
     ResultColumns,
 )
 from microslip.study.runs.rest import scalars
-from microslip.study.runs.scatter import PredictionScatter, scatter, with_amplitudes
+from microslip.study.runs.scatter import PredictionScatter, scatter
 from microslip.study.runs.structure import run_structure
 from microslip.study.runs.structure_prediction import StructurePrediction
+from microslip.study.schema import CurveRange, ExcitationTable
 from microslip.study.uncertain import at_central_values
 
 
@@ -60,9 +61,7 @@ class Prediction:
         return f"Result({', '.join(parts)})"
 
 
-MEANINGS = {
-    "history_dissipated_energy": "energy dissipated since rest",
-}
+MEANINGS = {"history_dissipated_energy": "energy dissipated since rest"}
 """Descriptions of variables that differ from the description of their quantity."""
 
 
@@ -105,12 +104,14 @@ def _scalars(result: Prediction) -> dict[str, Variable]:
 
 
 def _samples(result: Prediction, driven: str) -> dict[str, Variable]:
-    names = {"displacement": "displacement", "force": "force"}
-    variables = {}
-    for name, attribute in names.items():
-        values = np.array([[getattr(loop, attribute) for loop in loops] for loops in result.loops])
-        variables[name] = variable_of(("load", driven, "sample"), values, name)
-    return variables
+    return {
+        name: variable_of(
+            ("load", driven, "sample"),
+            np.array([[getattr(loop, name) for loop in loops] for loops in result.loops]),
+            name,
+        )
+        for name in ("displacement", "force")
+    }
 
 
 def _columns(
@@ -138,57 +139,47 @@ DEFAULT_RANGE = (1e-3, 1e2)
 """Default range of the curves, relative to the slip scale like the amplitudes above."""
 
 
-@dataclass(frozen=True)
-class Defaults:
-    """Default amplitudes, as multiples of the length ``scale`` [m], where the study gives none.
+def with_defaults(
+    study: StudyDescription, joints: Sequence[Interface]
+) -> tuple[StudyDescription, list[str]]:
+    """Return the study with amplitudes of loops and of curves, and notes on those it did not give.
 
-    The scale is the largest :attr:`microslip.Interface.slip_scale` of the joints, rounded.
+    Defaults are multiples of the largest slip scale of the joints, rounded to two digits.
     """
-
-    scale: float
-    amplitudes: bool
-    curve: bool
-
-    @classmethod
-    def of(cls, study: StudyDescription, joints: Sequence[Interface]) -> Defaults:
-        """Return the defaults for the largest slip scale of all joints, rounded to two digits."""
-        excitation, scale = study.excitation, max(joint._slip_scale[0] for joint in joints)
-        is_open = excitation.amplitudes is None and excitation.force_amplitudes is None
-        return cls(float(f"{scale:.1e}"), is_open, excitation.curve is None)
-
-    def notes(self) -> list[str]:
-        """Describe the default amplitudes and range that were used."""
-        scale = engineering(self.scale, "m", trim=True)
-        of = f"times the slip scale, {scale} when rounded to two digits"
-        notes = []
-        if self.amplitudes:
-            factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
-            notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
-        if self.curve:
-            low, high = DEFAULT_RANGE
-            notes.append(f"excitation.curve is not given: {low:g} to {high:g} {of}.")
-        return notes
+    excitation, changes, notes = study.excitation, dict[str, Any](), []
+    scale = float(f"{max(joint._slip_scale[0] for joint in joints):.1e}")
+    words = engineering(scale, "m", trim=True)
+    of = f"times the slip scale, {words} when rounded to two digits"
+    if excitation.amplitudes is None and excitation.force_amplitudes is None:
+        changes["amplitudes"] = tuple(float(f"{x * scale:.3g}") for x in DEFAULT_AMPLITUDES)
+        factors = ", ".join(f"{factor:g}" for factor in DEFAULT_AMPLITUDES)
+        notes.append(f"excitation.amplitudes is not given: {factors} {of}.")
+    if excitation.curve is None:
+        low, high = (float(f"{factor * scale:.3g}") for factor in DEFAULT_RANGE)
+        changes["curve"] = CurveRange.of(start=low, to=high)
+        ends = " to ".join(f"{factor:g}" for factor in DEFAULT_RANGE)
+        notes.append(f"excitation.curve is not given: {ends} {of}.")
+    return study.copy(excitation=excitation.copy(**changes)), notes
 
 
-DEFAULT_POINTS = 200
 _STRUCTURE = 0.95  # fraction of the computing time of a structure
 
 
 def run_prediction(
     study: StudyDescription, progress: Progress | None = None
-) -> tuple[Prediction, Defaults]:
-    """Compute a study; also return the defaults used. See :meth:`microslip.Study.run`."""
+) -> tuple[Prediction, list[str]]:
+    """Compute a study; also return notes on defaults. See :meth:`microslip.Study.run`."""
     if study.structure is not None:
         structure = run_structure(study, _part(progress, 0.0, _STRUCTURE))
-        result, defaults = _computed(study, _part(progress, _STRUCTURE, 1.0))
+        result, notes = _computed(study, _part(progress, _STRUCTURE, 1.0))
         result = replace(result, structure=structure)
     elif is_uncertain(study):
-        result, defaults = _scattered(study, progress)
+        result, notes = _scattered(study, progress)
     else:
-        result, defaults = _computed(study, progress)
+        result, notes = _computed(study, progress)
         if isinstance(study.joint, LawJoint) and study.joint.band is not None:
             result = replace(result, scatter=_measured_scatter(result, study.joint.band))
-    return result, defaults
+    return result, notes
 
 
 def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
@@ -224,26 +215,24 @@ def _measured_scatter(result: Prediction, band: LawBand) -> PredictionScatter:
     return PredictionScatter((), 0, np.array([tail, 1.0 - tail]), bands, {}, (), notes)
 
 
-def _scattered(study: StudyDescription, progress: Progress | None) -> tuple[Prediction, Defaults]:
+def _scattered(study: StudyDescription, progress: Progress | None) -> tuple[Prediction, list[str]]:
     """Return the results at the central values of the inputs, with bands over the samples."""
     begin = _solving(study)
-    result, defaults = _computed(at_central_values(study), _part(progress, 0.0, begin))
-    first = result.rows[0]
-    fixed_study = with_amplitudes(study, first.amplitude, result.curves[0].amplitude)
+    result, notes = _computed(at_central_values(study), _part(progress, 0.0, begin))
     bands = scatter(
-        fixed_study,
+        with_defaults(study, result.joints)[0].copy(structure=None),
         variables_of(result),
         lambda sample: variables_of(_computed(sample)[0]),
         _part(progress, begin, 1.0),
     )
-    return replace(result, study=study, scatter=bands), defaults
+    return replace(result, study=study, scatter=bands), notes
 
 
 def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
     """Return results at the amplitudes of the loops, one row per load and amplitude."""
     study = at_central_values(study)
     joints = build_joints(study)
-    amplitudes = _amplitudes(study, Defaults.of(study, joints))
+    excitation = with_defaults(study, joints)[0].excitation
     rows = []
     for joint in joints:
         at_rest = {
@@ -251,7 +240,7 @@ def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
             "tangential_stiffness": joint.tangential_stiffness,
             "force_limit": joint.force_limit,
         }
-        columns = _row(study, joint, amplitudes).columns()
+        columns = _row(study, joint, excitation).columns()
         for numbers in zip(*(column.tolist() for column in columns.values()), strict=True):
             rows.append({**at_rest, **dict(zip(columns, numbers, strict=True))})
     return rows
@@ -259,27 +248,28 @@ def amplitude_rows(study: StudyDescription) -> list[dict[str, float]]:
 
 def _computed(
     study: StudyDescription, progress: Progress | None = None
-) -> tuple[Prediction, Defaults]:
+) -> tuple[Prediction, list[str]]:
     begin = _solving(study)
     joints = build_joints(study, _part(progress, 0.0, begin))
     progress = _part(progress, begin, 1.0)
-    defaults = Defaults.of(study, joints)
-    amplitudes, grid = _amplitudes(study, defaults), _grid(study, defaults)
-    history = study.excitation.history
-    record = None if history is None else history.values
+    excited, notes = with_defaults(study, joints)
+    excitation, history = excited.excitation, study.excitation.history
+    curve = excitation.curve
+    assert curve is not None
+    grid = np.geomspace(curve.start, curve.to, curve.points)
     loops: list[tuple[Loop, ...]] = []
     rows, curves = [], []
     histories = []
     for index, joint in enumerate(joints):
-        row = _row(study, joint, amplitudes)
+        row = _row(study, joint, excitation)
         rows.append(row)
         with naming_key(study, "excitation.amplitudes"):
             loops.append(tuple(joint.loop(a) for a in row.amplitude.tolist()))
         with naming_key(study, "excitation.curve"):
             curves.append(AmplitudeCurve.of(joint, grid))
-        if history is not None and record is not None:
+        if history is not None:
             with naming_key(study, "excitation.history"):
-                histories.append(HistoryResponse.of(joint, record, history.quantity))
+                histories.append(HistoryResponse.of(joint, history.values, history.quantity))
         progress((index + 1) / len(joints))
     result = Prediction(
         study=study,
@@ -289,7 +279,7 @@ def _computed(
         curves=tuple(curves),
         histories=tuple(histories),
     )
-    return result, defaults
+    return result, notes
 
 
 def _solving(study: StudyDescription) -> float:
@@ -303,23 +293,9 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress:
     return lambda share: report(begin + (end - begin) * share)
 
 
-def _row(study: StudyDescription, joint: Interface, amplitudes: Floats) -> AmplitudeCurve:
-    if study.excitation.force_amplitudes is None:
+def _row(study: StudyDescription, joint: Interface, excitation: ExcitationTable) -> AmplitudeCurve:
+    if excitation.force_amplitudes is None:
         with naming_key(study, "excitation.amplitudes"):
-            return AmplitudeCurve.of(joint, amplitudes)
+            return AmplitudeCurve.of(joint, np.array(excitation.amplitudes))
     with naming_key(study, "excitation.force_amplitudes"):
-        return AmplitudeCurve.of_forces(joint, amplitudes)
-
-
-def _amplitudes(study: StudyDescription, defaults: Defaults) -> Floats:
-    amplitudes = study.excitation.amplitudes or study.excitation.force_amplitudes
-    if amplitudes is not None:
-        return np.array(amplitudes)
-    return np.array([float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_AMPLITUDES])
-
-
-def _grid(study: StudyDescription, defaults: Defaults) -> Floats:
-    if (curve := study.excitation.curve) is not None:
-        return np.geomspace(curve.start, curve.to, curve.points)
-    low, high = (float(f"{factor * defaults.scale:.3g}") for factor in DEFAULT_RANGE)
-    return np.geomspace(low, high, DEFAULT_POINTS)
+        return AmplitudeCurve.of_forces(joint, np.array(excitation.force_amplitudes))

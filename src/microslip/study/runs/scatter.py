@@ -15,7 +15,6 @@ from microslip.friction.sweeps.quantiles import intervals, ranking
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve
-from microslip.study.schema import CurveRange
 
 Variables = Mapping[str, Variable]
 Compute = Callable[[StudyDescription], Variables]
@@ -65,17 +64,6 @@ class PredictionScatter:
         return next(
             d for d in self.decisions if (d.name, d.load, d.amplitude) == (name, load, amplitude)
         )
-
-
-def with_amplitudes(study: StudyDescription, amplitudes: Floats, grid: Floats) -> StudyDescription:
-    """Return the study with amplitudes of loops, and of curves (``grid``) [m], if it has none."""
-    excitation = study.excitation
-    changes: dict[str, Any] = {}
-    if excitation.amplitudes is None and excitation.force_amplitudes is None:
-        changes["amplitudes"] = tuple(amplitudes.tolist())
-    if excitation.curve is None:
-        changes["curve"] = CurveRange.of(start=float(grid[0]), to=float(grid[-1]), points=grid.size)
-    return study.copy(excitation=excitation.copy(**changes), structure=None)
 
 
 def scatter(

@@ -118,6 +118,5 @@ def add_scans(add: Add, pair: Any) -> None:
     add("Scan.summits", scan.summits, cutoff=4e-6, prominence=1e-9)
     add("Scan.summits by prominence", scan.summits, cutoff=4e-6, prominence=1e-8)
     add("Scan.profile_parameters", scan.profile_parameters, section=1e-5, axis="x")
-    add("Scan.noise_behind", scan.noise_behind, cutoff=4e-6)
     summits = scan.summits(cutoff=4e-6, prominence=1e-9)
     add("Summits.to_surface", summits.to_surface, ("pair",), pair=pair, area=1e-8)

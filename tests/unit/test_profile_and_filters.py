@@ -67,20 +67,11 @@ def test_lines_of_an_area_and_sections_that_do_not_fit() -> None:
         ms.Scan(np.where(np.arange(4000) == 7, np.nan, area.heights), STEP).profile_parameters()
 
 
-def test_rows_are_levelled_one_by_one_and_ends_cut() -> None:
-    rng = np.random.default_rng(7)
-    rough = 1e-8 * rng.standard_normal((60, 400))
-    drift = 1e-6 * rng.standard_normal((60, 1)) + 1e-9 * rng.standard_normal((60, 1)) * range(400)
-    z = rough + drift
-    z[5, 100:200] = np.nan
-    levelled = ms.Scan(z, STEP).condition(level="lines")
-    kept = levelled.heights
-    # Two numbers of 400 went with each row.
-    share = np.nanmean(kept**2) / np.nanmean(rough**2)
-    assert share == pytest.approx(1.0 - 2.0 / 400.0, rel=5e-3)
-    assert np.abs(np.nanmean(kept, axis=1)).max() < 1e-18
+def test_ends_are_cut() -> None:
+    z = 1e-8 * np.random.default_rng(7).standard_normal((60, 400))
+    levelled = ms.Scan(z, STEP)
     cropped = levelled.condition(crop=("30 um", "10 um"))
-    np.testing.assert_array_equal(cropped.heights, kept[10:-10, 30:-30])
+    np.testing.assert_array_equal(cropped.heights, z[10:-10, 30:-30])
     assert cropped.notes[-1] == "crop: 30 µm x 10 µm removed at each end."
     with pytest.raises(InputError, match="leave four points"):
         levelled.condition(crop="29 um")

@@ -1,10 +1,10 @@
 from .moments import Moments as Moments
 from .moments import Statistics as Statistics
+from .moments import SummitStatistics as SummitStatistics
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
 from .spectrum import AxisSpectrum as AxisSpectrum
 from .spectrum import Spectrum as Spectrum
-from .summit_statistics import SummitStatistics as SummitStatistics
 from .summits import Summits as Summits
 from .summits import find_summits as find_summits
 from .surface_parameters import ArealParameters as ArealParameters

@@ -15,7 +15,6 @@ from microslip._core.wording import did_you_mean, quote, quoted
 from microslip.surfaces.checks import length_of
 from microslip.surfaces.filters import smooth
 from microslip.surfaces.height_map import HeightMap, Map, noise_std
-from microslip.surfaces.levelling import Level
 from microslip.surfaces.levelling import level as without_form
 from microslip.surfaces.options import LEVELS
 
@@ -25,7 +24,7 @@ _ROUNDING = 1e-14  # residual of an exact plane over the heights
 def condition(
     scan: Map,
     *,
-    level: Level | None = None,
+    level: Literal["plane", "quadratic", "mean"] | None = None,
     fill: Literal["interpolate"] | None = None,
     cutoff: float | str | None = None,
     long_cutoff: float | str | None = None,
@@ -35,9 +34,8 @@ def condition(
 
     Parameters
     ----------
-    level : {"plane", "quadratic", "lines", "mean"}, optional
-        Form to remove, fitted by least squares. "lines" is a straight line for each row (along x),
-        which removes offsets and drift between rows, but also waves along y.
+    level : {"plane", "quadratic", "mean"}, optional
+        Form to remove, fitted by least squares.
     fill : {"interpolate"}, optional
         Interpolate missing points (see Notes).
     cutoff : float or str, optional

@@ -22,22 +22,16 @@ from microslip.surfaces.conditioning import condition
 from microslip.surfaces.faults import is_bow
 from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.joints import FaceJoint, solve_joint
-from microslip.surfaces.moments import Statistics
+from microslip.surfaces.moments import Statistics, SummitStatistics
 from microslip.surfaces.options import READING
 from microslip.surfaces.scan_rules import judged, radius_in_pixels, verdicts
 from microslip.surfaces.spectrum import Spectrum, spectrum
-from microslip.surfaces.summit_statistics import SummitStatistics
 from microslip.surfaces.summits import Summits, find_summits
 
 _OF_A_PROFILE = (
     "A profile has peaks but no summits; the summits are estimated from its moments for an "
     "isotropic Gaussian surface."
 )
-
-
-def single_value(values: Any) -> Any:
-    """Return the only value of an option given once, or the tuple of several values."""
-    return values[0] if isinstance(values, tuple) and len(values) == 1 else values
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,8 @@ class Request:
         if isinstance(channel, str) and channel.isdecimal() and channel.isascii():
             reading["channel"] = int(channel)
         for name in ("unit", "pixel"):
-            reading[name] = single_value(reading[name])
+            if isinstance(reading[name], tuple) and len(reading[name]) == 1:
+                (reading[name],) = reading[name]
         reading = {name: value for name, value in reading.items() if value is not None}
         return cls(path, cutoff_given=cutoff_given, reading=reading, **options)
 
@@ -118,13 +113,6 @@ class Findings:
     """Joint of the face solved point by point, if materials and a load were given."""
     chapter: Interface | None = None
     """Joint after the chapter's summit model, under the same load."""
-
-    @property
-    def area(self) -> float | None:
-        """Apparent area of the joint [m^2]; None for a profile without one."""
-        if self.request.area is not None or self.scan.is_profile:
-            return self.request.area
-        return self.scan.area
 
     def cutoff_text(self) -> str:
         """Describe the cut-offs; if there are none, state that."""

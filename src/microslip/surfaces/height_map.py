@@ -16,7 +16,7 @@ from microslip._core.frozen import Locked, assign
 from microslip._core.units import engineering
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.surfaces.checks import enough, height_array, length_of, objection, pixel_of
+from microslip.surfaces.checks import enough, height_array, objection, pixel_of
 from microslip.surfaces.filters import weights
 from microslip.surfaces.moments import Moments, Statistics, moments_of, statistics_of
 
@@ -39,21 +39,6 @@ def noise_std(heights: Floats, step: int = 1) -> float:
     bends = np.abs(across[:, 2 * step :] - 2.0 * across[:, step:-step] + across[:, : -2 * step])
     bends = bends[~np.isnan(bends)]
     return float(np.median(bends)) / 0.6744897501960817 / 6.0 if bends.size else 0.0
-
-
-def rough_share(heights: Floats) -> float:
-    """Return the fraction of the estimated noise variance that is due to roughness [-].
-
-    For white noise the estimated variance v(s) is the same for differences over s = 1, 2 and 4
-    points. An increase with s is due to roughness: v(s) = a + b s^p is solved for a, b and p, and
-    the fraction is b/v(1).
-    """
-    first, second, fourth = (noise_std(heights, step) ** 2 for step in (1, 2, 4))
-    if not second > first > 0.0:
-        return 0.0
-    growth = max(fourth - second, 0.0) / (second - first)
-    power = min(max(growth, math.sqrt(2.0)), 256.0)  # from a rough to a smooth surface
-    return min((second - first) / (power - 1.0) / first, 1.0)
 
 
 def noise_passed(std: float, pixel: tuple[float, ...], cutoff: float | None) -> float:
@@ -190,19 +175,11 @@ class HeightMap(Locked, Plottable):
         return self.measurable()._moments
 
     def noise_behind(self, cutoff: float | None) -> float:
-        """Return the standard deviation [m] of the noise left by a further filter ``cutoff``.
+        """Return the standard deviation [m] of the noise left by a further filter ``cutoff`` [m].
 
-        ``cutoff`` is a short-wave cut-off [m], or None for no filter. The noise is assumed to be
-        white before all short-wave filters of the scan if it is known there, or else in this scan.
+        The noise is assumed to be white before all short-wave filters of the scan if it is known
+        there, or else in this scan.
         """
-        if cutoff is not None:
-            cutoff = length_of("cutoff", cutoff, "10 um")
-            shortest, longest = 2.0 * min(self.pixel), max(self.size)
-            if not shortest <= cutoff <= longest:
-                raise InputError(
-                    f"`cutoff` must be between two pixels, {shortest:g} m, and the size of the "
-                    f"scan, {longest:g} m, got {cutoff:g} m"
-                )
         if self._noise_before is None:
             return noise_passed(self.noise, self.pixel, cutoff)
         combined = math.hypot(self.cutoff or 0.0, cutoff or 0.0)
@@ -220,8 +197,18 @@ class HeightMap(Locked, Plottable):
 
     @cached_property
     def rough_share_of_noise(self) -> float:
-        """Fraction of the noise variance, :attr:`noise` squared, that is due to roughness [-]."""
-        return rough_share(self.heights)
+        """Fraction of the noise variance, :attr:`noise` squared, that is due to roughness [-].
+
+        For white noise the estimated variance v(s) is the same for differences over s = 1, 2 and 4
+        points. An increase with s is due to roughness: v(s) = a + b s^p is solved for a, b and p,
+        and the fraction is b/v(1).
+        """
+        first, second, fourth = (noise_std(self.heights, step) ** 2 for step in (1, 2, 4))
+        if not second > first > 0.0:
+            return 0.0
+        growth = max(fourth - second, 0.0) / (second - first)
+        power = min(max(growth, math.sqrt(2.0)), 256.0)  # from a rough to a smooth surface
+        return min((second - first) / (power - 1.0) / first, 1.0)
 
     @cached_property
     def _objection(self) -> str:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from microslip._core.checks import Progress
+from microslip._core.errors import InputError
 from microslip._core.units import engineering
 from microslip.contact import MeasuredContact
 from microslip.contact.materials import MaterialPair
@@ -145,7 +146,11 @@ def solve_joint(
             coarser=coarser, progress=lambda done, total: report(start + share * done / total),
         )  # fmt: skip
 
-    law = solved(piece, 0.0, 1.0 if piece else 0.8, coarser=True)
+    try:
+        law = solved(piece, 0.0, 1.0 if piece else 0.8, coarser=True)
+    except InputError as error:
+        message = error.text.replace("`tightening_pressure`", "`normal_load` over the area")
+        raise InputError(message) from None
     pieces: MeasuredContact | None = law
     half = min(scan.heights.shape) // 2
     if law.numbers.pieces == 1:

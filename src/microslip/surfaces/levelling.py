@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import math
-from typing import Literal
-
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-
-Level = Literal["plane", "quadratic", "lines", "mean"]
 
 # Degrees of the Legendre polynomials in x and y, plane first.
 _TERMS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
@@ -21,11 +16,8 @@ def level(heights: Floats, form: str) -> tuple[Floats, float]:
     """Return the heights above the fitted form, and the height range of the form [m].
 
     Legendre polynomials of coordinates from -1 to 1 keep the normal equations well conditioned; a
-    second pass over the residual removes rounding errors. "lines" fits a straight line to each row,
-    for instruments that scan row by row.
+    second pass over the residual removes rounding errors.
     """
-    if form == "lines":
-        return _line_by_line(heights)
     grid = heights[None] if heights.ndim == 1 else heights
     terms = [t for t in _TERMS[: _COUNT[form]] if heights.ndim == 2 or t[1] == 0]
     along = [_legendre(n) for n in grid.shape[::-1]]
@@ -47,29 +39,6 @@ def level(heights: Floats, form: str) -> tuple[Floats, float]:
         result -= _surface(step, along, terms)
     shape = _surface(total, along, terms)
     return result.reshape(heights.shape), float(shape.max() - shape.min())
-
-
-def _line_by_line(heights: Floats) -> tuple[Floats, float]:
-    grid = np.atleast_2d(heights)
-    there = ~np.isnan(grid)
-    count = there.sum(axis=1, keepdims=True)
-    if (short := (count > 0) & (count < 3)).any():
-        raise InputError(
-            f'`level="lines"`: {np.count_nonzero(short)} rows have fewer than three points; '
-            'use more points, or `level="plane"`'
-        )
-    count = np.maximum(count, 1)
-    place = np.where(there, np.linspace(-1.0, 1.0, grid.shape[1]), 0.0)
-    away = np.where(there, place - place.sum(axis=1, keepdims=True) / count, 0.0)
-    result = grid
-    for _ in range(2):  # the second pass removes rounding errors
-        values = np.where(there, result, 0.0)
-        mean = values.sum(axis=1, keepdims=True) / count
-        square = np.maximum((away * away).sum(axis=1, keepdims=True), 1e-300)
-        slope = (away * (values - mean)).sum(axis=1, keepdims=True) / square
-        result = np.where(there, result - mean - slope * away, math.nan)
-    removed = grid - result
-    return result.reshape(heights.shape), float(np.nanmax(removed) - np.nanmin(removed))
 
 
 def _legendre(count: int) -> Floats:

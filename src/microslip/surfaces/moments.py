@@ -24,12 +24,59 @@ import numpy as np
 
 from microslip._core.checks import Floats, positive
 from microslip._core.errors import InputError
-from microslip.surfaces.summit_statistics import SummitStatistics
+from microslip.contact import GreenwoodWilliamson
+from microslip.contact.heights import Gaussian
+from microslip.contact.materials import MaterialPair
+from microslip.surfaces.checks import area_of
 
 SUMMIT_SHARE = 1.0 - 3.0 * math.sqrt(3.0) + 16.0 / math.pi
 """McCool's 0.8968: (m0 - variance of the summits) times alpha/m0."""
 
 _BLOCK = 1 << 18  # points per block, so that differences stay in the cache
+
+
+@dataclass(frozen=True)
+class SummitStatistics:
+    """Density, radius and height spread of the summits of a surface.
+
+    Parameters of a rough surface in Greenwood and Williamson (1966), DOI 10.1098/rspa.1966.0242,
+    and the mean height of the summits above the mean plane.
+
+    Parameters
+    ----------
+    density : float
+        Summits per unit area [1/m^2], above zero.
+    radius : float
+        Radius of the summits [m], above zero.
+    std : float
+        Standard deviation of the summit heights [m], not below zero.
+    mean_height : float
+        Mean height of the summits above the mean plane of the surface [m].
+    """
+
+    density: float
+    radius: float
+    std: float
+    mean_height: float = 0.0
+
+    def to_surface(self, pair: MaterialPair, area: float | str) -> GreenwoodWilliamson:
+        """Make a rough surface with these summits and Gaussian heights, against a rigid plane.
+
+        Parameters
+        ----------
+        pair : MaterialPair
+            The two materials.
+        area : float or str
+            Apparent area of the joint [m^2], or text such as "2 cm^2".
+
+        Returns
+        -------
+        GreenwoodWilliamson
+            Heights are measured from the mean plane of the surface; Greenwood and Williamson
+            (1966), DOI 10.1098/rspa.1966.0242.
+        """
+        heights = Gaussian(self.std, self.mean_height)
+        return GreenwoodWilliamson(pair, heights, self.radius, self.density, area_of(area))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH
 from microslip.readers.files import LIMIT as LIMIT
 
-LEVELS = ("plane", "quadratic", "lines", "mean")
+LEVELS = ("plane", "quadratic", "mean")
 PROCESS_NAMES = ("milled", "turned", "ground", "honed", "lapped", "polished", "eroded", "blasted")
 
 CUTOFF = option(
@@ -34,7 +34,7 @@ LEVEL = option(
     default="plane",
     choices=LEVELS,
     none="none",
-    metavar="[plane|quadratic|lines|mean|none]",
+    metavar="[plane|quadratic|mean|none]",
 )
 CROP = option(
     "crop",
@@ -133,7 +133,7 @@ AUTOMATIC_LEVEL = LEVEL.but(
     help="Form to remove first; auto is quadratic if the scan is bowed, else plane.",
     default="auto",
     choices=("auto", *LEVELS),
-    metavar="[auto|plane|quadratic|lines|mean|none]",
+    metavar="[auto|plane|quadratic|mean|none]",
 )
 CONDITIONING = (CUTOFF, LONG_CUTOFF, AUTOMATIC_LEVEL, CROP)
 """Options for conditioning in `microslip surface`."""

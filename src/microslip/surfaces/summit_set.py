@@ -20,9 +20,8 @@ from microslip.figures.plottable import Plottable
 from microslip.friction import Interface
 from microslip.surfaces.checks import area_of
 from microslip.surfaces.height_map import HeightMap
-from microslip.surfaces.moments import lost_to_pixel
+from microslip.surfaces.moments import SummitStatistics, lost_to_pixel
 from microslip.surfaces.scan_rules import LOST_TO_PIXEL, judged, radius_in_pixels
-from microslip.surfaces.summit_statistics import SummitStatistics
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import LARGEST, number, show
+from microslip._core.checks import show
 from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip.surfaces.checks import length_of
@@ -56,7 +56,9 @@ def find_summits(
             f"{scan.name[:60]}: a profile has peaks but no summits; use "
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
-    rise = None if prominence is None else _rise(prominence)
+    rise = prominence
+    if rise is not None and rise != 0.0:
+        rise = length_of("prominence", rise, "2 nm")
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan.noise_behind(short)
     scan = condition(scan, cutoff=short)
@@ -109,17 +111,6 @@ def find_summits(
         peaks=maxima.places.size,
         notes=notes,
     )
-
-
-def _rise(prominence: float | str) -> float:
-    if isinstance(prominence, str):
-        return length_of("prominence", prominence, "2 nm")
-    rise = number("prominence", prominence, "m")
-    if rise < 0.0:
-        raise InputError(f"`prominence` must not be below zero [m], got {rise:g}")
-    if rise > LARGEST:
-        raise InputError(f"`prominence` must be at most {LARGEST:g} m, got {rise:g}")
-    return rise
 
 
 def _selected(peaks: Peaks, selection: NDArray[np.bool_]) -> Peaks:

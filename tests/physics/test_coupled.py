@@ -28,9 +28,9 @@ from usual import PAIR, rough
 
 import microslip as ms
 from microslip._core import kernels
-from microslip._core.kernels import slip_runs
 from microslip.contact.exact_curves import _LawCurve, _summit_means, scalar_curve
 from microslip.contact.spheres import Spheres
+from microslip.friction.memory import Diagram
 
 JOINTS = joint_params()
 every_joint = pytest.mark.parametrize("joint", JOINTS)
@@ -136,7 +136,7 @@ def test_what_many_summits_lose_is_work_less_store(count) -> None:
     response = joint.coupled_response(x, normal_load=load)
     slip, origin = joint.slip_per_indentation, joint.separation
     law = joint.surface
-    runs = slip_runs(response.separation - origin, x / slip, np.empty((0, 3)), 0, 0.0, 0.0)
+    runs = Diagram().runs(response.separation - origin, x / slip)
     sample, ahead, gap, until, density, sign, d0, d1 = runs
     q0, q1 = d0 + gap, d1 + until
     load_, integral = (lambda d, k=k: law._derivative(d + origin, k) for k in (0, -1))

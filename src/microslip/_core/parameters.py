@@ -15,7 +15,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar, NoReturn, Self
@@ -171,21 +170,6 @@ class Number:
         """True if the value must be above zero."""
         return max(self.above, self.least) >= 0.0 and self.least != 0.0
 
-    @property
-    def dimension(self) -> tuple[int, int] | None:
-        """Powers of newton and metre in the unit, None for other units."""
-        above, _, under = self.unit.partition("/")
-        powers = {"N": 0, "m": 0}
-        for part, sign in ((above, 1), (under, -1)):
-            for word in part.replace("*", " ").split():
-                base, _, power = word.partition("^")
-                if base in ("1", "rad"):
-                    continue
-                if base not in powers or not re.fullmatch(r"-?\d*", power):
-                    return None
-                powers[base] += sign * int(power or 1)
-        return powers["N"], powers["m"]
-
     def holds(self, value: float) -> bool:
         """Return True if a value is within the limits."""
         return self.above < value < self.below and self.least <= value <= self.most
@@ -319,20 +303,13 @@ def _parameters_of(kind: Any) -> tuple[Number, ...]:
         return ()
     parameters = []
     for item in dataclasses.fields(kind):
-        stated = item.metadata.get(_KEY, _COMMON.get(item.name))
+        stated = item.metadata.get(_KEY)
         if isinstance(stated, Number) and item.init:
             default: Any = item.default
             if default is dataclasses.MISSING:
                 default = REQUIRED if item.default_factory is dataclasses.MISSING else None
             parameters.append(dataclasses.replace(stated, name=item.name, default=default))
     return tuple(parameters)
-
-
-# Default declarations of fields with these names.
-_COMMON = {
-    "stiffness": Number("stiffness", "k", "N/m", "stiffness at rest", above=0.0),
-    "force_limit": Number("force_limit", "F", "N", "force of gross slip", above=0.0),
-}
 
 
 def parameter_of(kind: type, name: str) -> Number:
@@ -366,26 +343,3 @@ def key_of(kind: type) -> str:
     """Return the name of a class in studies and commands: "smooth-step" for ``SmoothStep``."""
     stated: str = vars(kind).get("key", "")
     return stated or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", kind.__name__).lower()
-
-
-def values_of(item: Any) -> dict[str, Any]:
-    """Return the values of all parameters of an instance by name."""
-    return {entry.name: getattr(item, entry.name) for entry in parameters_of(type(item))}
-
-
-def rescaled(kind: type, values: Mapping[str, Any], force: float, length: float) -> dict[str, Any]:
-    """Multiply parameters by powers of a force [N] and a length [m], as their units require."""
-    import numpy as np
-
-    result = {}
-    for item in parameters_of(kind):
-        dimension = item.dimension
-        if dimension is None:
-            raise InputError(
-                f"{kind.__name__}.{item.name} must have a unit of newtons and metres to be "
-                f"scaled, got {item.unit!r}"
-            )
-        factor = force ** dimension[0] * length ** dimension[1]
-        value = np.asarray(values[item.name]) if item.many else values[item.name]
-        result[item.name] = value * factor
-    return result

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import show
 from microslip._core.errors import InputError
 from microslip._core.files import atomic_file
-from microslip._core.parameters import is_fully_declared, key_of, parameters_of, values_of
+from microslip._core.parameters import is_fully_declared, key_of, parameters_of
 from microslip._core.wording import shorten
 from microslip.friction import laws
 from microslip.friction.base import BackboneLaw
@@ -33,12 +33,13 @@ def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]
     kinds = _by_name()
     if kinds.get(key_of(type(law))) is not type(law):
         raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
+    units = {item.name: item.unit or "-" for item in parameters_of(type(law))}
     return {
         "kind": KIND,
         "version": VERSION,
         "law": key_of(type(law)),
-        "parameters": {name: np.asarray(value).tolist() for name, value in values_of(law).items()},
-        "units": {item.name: item.unit or "-" for item in parameters_of(type(law))},
+        "parameters": {name: np.asarray(getattr(law, name)).tolist() for name in units},
+        "units": units,
         **({} if band is None else {"band": band.content}),
     }
 

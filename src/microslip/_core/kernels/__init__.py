@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,40 +37,16 @@ except ImportError as error:
 if (compiled.TERMS, compiled.PROFILE_TERMS) != (TERMS, PROFILE_TERMS):
     raise ImportError("the compiled kernel is older than the package: install microslip again")
 
-__all__ = [
-    "NAME",
-    "PROFILE_TERMS",
-    "QUADRATURE_RULES",
-    "TERMS",
-    "Curve",
-    "Floats",
-    "Integers",
-    "compiled",
-    "curve_arguments",
-    "gaussian_moment",
-    "gaussian_moment_at",
-    "slip_runs",
-]
-
 NAME = "compiled"
 """Name of the kernel written to results."""
 
 
-class Curve(Protocol):
-    """Load curve N(d) evaluated in Python, instead of as polynomials of a `Profile`."""
-
-    def drop(self, base: Floats, width: Floats) -> Floats:
-        """Return the decrease of load N(base) - N(base + width) [N]; separations in metres."""
-
-    def load(self, separation: Floats) -> tuple[Floats, Floats]:
-        """Return N [N] and -N' [N/m] at separations [m]."""
-
-
-def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], None]]:
+def curve_arguments(curve: Any) -> tuple[Callable[[memoryview, memoryview], None]]:
     """Return the arguments of a kernel for a load curve that is evaluated in Python.
 
     They take the place of ``Profile.arguments``. The single argument is a function, which the
-    kernel calls once, with all separations whose loads it needs.
+    kernel calls once, with all separations whose loads it needs. ``curve`` has the methods ``drop``
+    and ``load`` of :class:`microslip.contact.load_curve.LoadCurve`.
     """
 
     def answer(drops: memoryview, loads: memoryview) -> None:
@@ -82,37 +58,6 @@ def curve_arguments(curve: Curve) -> tuple[Callable[[memoryview, memoryview], No
             rows[:, 1], rows[:, 2] = curve.load(rows[:, 0].copy())
 
     return (answer,)
-
-
-def slip_runs(
-    separation: Floats,
-    place: Floats,
-    stack: Floats,
-    depth: int,
-    last_separation: float,
-    last_place: float,
-) -> Floats:
-    """Return each advance of the slip front along a record as a column, shape (8, n).
-
-    Contacts that touch at separations between the current one d and the slip front q > d have
-    slipped: there D is 1 or -1 in the memory diagram. An advance of q dissipates energy. The rows
-    of the result are described in :meth:`microslip.contact.exact_curves.SlipLosses.of`. The record
-    consists of the separations ``separation`` [m] and of ``place`` [m], the tangential displacement
-    divided by kappa, which is the displacement at which a contact slips over its indentation [-];
-    ``last_separation`` and ``last_place`` are their values before the record. The first ``depth``
-    rows of ``stack`` are the memory diagram before the record, see
-    :mod:`microslip.friction.memory.diagram`.
-    """
-    count = room = 4 * separation.size + depth
-    while count >= room:  # a step usually has few; otherwise the kernel returns the number needed
-        room = count + 1
-        runs, rows = np.empty((room, 8)), np.empty((depth + separation.size, 3))
-        rows[:depth] = stack[:depth]
-        count = compiled.slips(
-            np.ascontiguousarray(separation), np.ascontiguousarray(place), runs, rows, depth,
-            last_separation, last_place,
-        )  # fmt: skip
-    return runs[:count].T.copy()
 
 
 @cache

@@ -6,6 +6,7 @@ import math
 import numbers
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from microslip._core.checks import Floats, plain, show, sized
 from microslip._core.errors import InputError
-from microslip._core.parameters import Parametric, is_fully_declared, rescaled, values_of
+from microslip._core.parameters import Parametric, is_fully_declared, parameters_of
 
 TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
 """Available orders n of the partial moments, as a map from n to 2 n."""
@@ -31,14 +32,15 @@ class HeightDistribution(Parametric, ABC):
     """Height [m] of the lower end of a bounded distribution, where the moments are not smooth."""
 
     def _scaled(self, factor: float) -> HeightDistribution:
-        kind = type(self)
-        if not is_fully_declared(kind):
+        kind, factors = type(self), {"": 1.0, "m": factor, "1/m": factor**-1}
+        declared = parameters_of(kind)
+        if not is_fully_declared(kind) or any(item.unit not in factors for item in declared):
             raise InputError(
                 f"{kind.__name__} must declare the units of all its parameters to be scaled, with "
                 "field(metadata=parameter(...)), or give _scaled(factor)"
             )
-        scaled: HeightDistribution = kind(**rescaled(kind, values_of(self), 1.0, factor))
-        return scaled
+        scaled = {item.name: getattr(self, item.name) * factors[item.unit] for item in declared}
+        return replace(self, **scaled)
 
     @property
     def top(self) -> float:

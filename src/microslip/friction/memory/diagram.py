@@ -225,10 +225,21 @@ class Diagram:
     def runs(self, separation: Floats, places: Floats) -> Floats:
         """Return the advances of the slip front over rows of the diagram, one per column.
 
-        The samples of a record have the separations ``separation`` and displacements/kappa
-        ``places`` [m]. The entries of a column are described at :meth:`.SlipLosses.of`.
+        Contacts that touch at separations between the current one d and the slip front q > d have
+        slipped, and each advance of q dissipates energy. The samples of a record have the
+        separations ``separation`` and displacements/kappa ``places`` [m]. The eight entries of a
+        column are described at :meth:`microslip.contact.exact_curves.SlipLosses.of`.
         """
-        return kernels.slip_runs(separation, places, self.stack, *self._last)
+        count = room = 4 * separation.size + self.depth
+        while count >= room:  # a step usually has few; else the kernel returns the number needed
+            room = count + 1
+            runs, rows = np.empty((room, 8)), np.empty((self.depth + separation.size, 3))
+            rows[: self.depth] = self.stack[: self.depth]
+            count = kernels.compiled.slips(
+                np.ascontiguousarray(separation), np.ascontiguousarray(places), runs, rows,
+                *self._last,
+            )  # fmt: skip
+        return runs[:count].T.copy()
 
     def losses(self, separation: Floats, displacement: Floats, curve: LoadCurve) -> Floats:
         """Return the energy dissipated in each step of a record [J]; the diagram is not changed."""

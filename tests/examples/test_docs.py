@@ -75,6 +75,8 @@ LONG = {
     ("docs/identify.md", "sh"),
     ("docs/study.md", "sh"),
     ("docs/study.md", "toml"),
+    ("docs/bolted-structures.md", "toml"),
+    ("docs/from-a-scan.md", "toml"),
     ("docs/figures.md", "sh"),
 }
 NUMBER = r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?"

@@ -52,13 +52,13 @@ def crossings(row, levels):
     times = []
     for level in levels:
         value = waves(t) @ row - level
-        for i in np.flatnonzero(value[:-1] * value[1:] < 0.0):
-            low, high = t[i], t[i + 1]
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                same = (waves(np.array(middle)) @ row - level) * value[i] > 0.0
-                low, high = (middle, high) if same else (low, middle)
-            times.append(0.5 * (low + high))
+        between = np.flatnonzero(value[:-1] * value[1:] < 0.0)
+        low, high = t[between], t[between + 1]
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            same = (waves(middle) @ row - level) * value[between] > 0.0
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        times += (0.5 * (low + high)).tolist()
     return times
 
 

@@ -45,10 +45,8 @@ def record(seed: int, correlation: float, cycles: int = 60, share: float = 0.01)
     return ms.Record(x, force, normal_load=LOAD, sample_rate=1000.0)
 
 
-@pytest.mark.parametrize(
-    "correlation",
-    [0.9, *(pytest.param(value, marks=pytest.mark.slow) for value in (0.0, 0.5, 0.98))],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9, 0.98])
 def test_intervals_of_energy_and_friction(correlation: float) -> None:
     """At least 9 of 10 hold, of 40, even where 60 cycles hardly tell."""
     held = {"dissipated_energy": 0, "friction_energy": 0}
@@ -62,7 +60,8 @@ def test_intervals_of_energy_and_friction(correlation: float) -> None:
     assert min(held.values()) >= 36
 
 
-@pytest.mark.parametrize("correlation", [pytest.param(0.0, marks=pytest.mark.slow), 0.9])
+@pytest.mark.slow
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
 def test_intervals_of_fits(correlation: float) -> None:
     held = 0
     for seed in range(20):

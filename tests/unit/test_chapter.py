@@ -130,6 +130,7 @@ def test_roughness_figure() -> None:
     assert heights.std() == pytest.approx(std, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_overlay_is_identified() -> None:
     """What the caption of 19.22 says of the fit is so, and its intervals hold the truth."""
     result = identified()

@@ -122,7 +122,7 @@ def test_the_summary_has_its_keys() -> None:
 
 def test_without_a_study_and_without_a_folder(folder: Path) -> None:
     before = sorted(folder.iterdir())
-    outcome = run("identify", "light.csv", "heavy.csv")
+    outcome = run("identify", "heavy.csv")
     assert outcome.exit_code == 0, outcome.output
     assert "--study" in outcome.stdout  # how the parameters of the interface follow
     assert "Slip scale" not in outcome.stdout

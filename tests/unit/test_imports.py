@@ -90,7 +90,7 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     ids=("records", "study"),
 )
 def test_a_command_loads_what_it_needs(steps: dict[tuple[str, ...], str], tmp_path: Path) -> None:
-    rig = ms.VirtualTribometer(ms.Interface.examples()[0], noise=0.001)
+    rig = ms.VirtualTribometer(ms.Jenkins(1e9, 500.0), noise=0.01, sample_rate=500.0)
     rig.record(amplitude=1e-6, frequency=10.0, cycles=4).to_csv(tmp_path / "record.csv")
     (tmp_path / "joint.toml").write_text(STUDY)
     code = f"import os, sys; os.chdir({str(tmp_path)!r}); from microslip.cli import main\n"

@@ -234,6 +234,7 @@ def test_modulus_hardness_and_heights_have_slopes() -> None:
     assert slopes["heights"] < 0.0
 
 
+@pytest.mark.slow
 def test_slopes_of_the_loss_factor_are_those_of_faces_solved_again() -> None:
     """Of one face of 128 x 128 points near gross slip, by changes of 10 % of each input."""
 

@@ -113,7 +113,7 @@ def of_matlab(rng: Random, content: bytes) -> bytes:
     return b"".join(parts)
 
 
-TEXTS = (".toml", ".csv", ".json", ".xyz", ".mtx", ".pch", ".inp", ".vtk", ".xml", ".vtu")
+TEXTS = (".toml", ".csv", ".json", ".xyz", ".pch", ".inp", ".vtk", ".xml", ".vtu")
 
 
 def changed_bytes(rng: Random, name: str, content: bytes) -> bytes:
@@ -134,13 +134,10 @@ def mutant_of(rng: Random, name: str, content: bytes) -> bytes:
 
 
 def placed(folder: Path, name: str, content: bytes) -> Path:
-    """A file in a folder, and beside it what is read with it."""
+    """A file in a folder."""
     path = folder / name
     path.parent.mkdir(exist_ok=True)
     path.write_bytes(content)
-    if path.suffix == ".mtx":
-        mass = path.name.replace("stiffness", "mass").replace("STIF", "MASS")
-        path.with_name(mass).write_bytes(content)
     return path
 
 

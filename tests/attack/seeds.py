@@ -18,7 +18,6 @@ import numpy as np
 from foreign_files import NAMED, mesh_file
 from laps import STRIP, small_joint
 from scipy import io as scipy_io
-from scipy import sparse
 
 import microslip as ms
 from microslip.study.runs.batch import items_of
@@ -40,8 +39,6 @@ TIME = np.linspace(0.0, 2.0, 200)
 MOTION = 1e-5 * np.sin(2.0 * np.pi * 3.0 * TIME)
 FORCE = 50.0 * np.sign(np.gradient(MOTION)) + 1e5 * MOTION
 HEIGHTS = np.random.default_rng(1).standard_normal((24, 20)) * 1e-7
-MASS = np.diag([2.0, 3.0])
-STIFFNESS = 1e6 * np.array([[2.0, -1.0], [-1.0, 2.0]])
 UNITS = {"time": "s", "displacement": "m", "force": "N"}
 
 
@@ -50,7 +47,7 @@ def seeds() -> tuple[Seed, ...]:
     """A file of each format whose library is installed."""
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder)
-        groups = (_records, _scans, _matrices, _meshes, _tables, _studies)
+        groups = (_records, _scans, _meshes, _tables, _studies)
         return tuple(seed for group in groups for seed in group(here))
 
 
@@ -200,16 +197,6 @@ def _nms(heights: Any) -> bytes:
     struct.pack_into("<dd", head, 16, -1.0, 1.0)
     struct.pack_into("<IIdd", head, 1368, *heights.shape[::-1], 1.6e-3, 1.6e-3)
     return bytes(head) + np.rint((heights * 1e6 + 1.0) / 2.0 * (2**16 - 2)).astype("<u2").tobytes()
-
-
-def _matrices(here: Path) -> Iterator[Seed]:
-    load = ms.Structure.load
-    np.savez(here / "matrices.npz", M=MASS, K=STIFFNESS)
-    yield _of(here / "matrices.npz", load)
-    scipy_io.savemat(here / "matrices.mat", {"M": MASS, "K": sparse.csc_matrix(STIFFNESS)})
-    yield _of(here / "matrices.mat", load, parsed_apart=True)
-    market = b"%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2e6\n2 1 -1e6\n2 2 2e6\n"
-    yield Seed("market/stiffness.mtx", market, lambda path: load(path.parent), parsed_apart=True)
 
 
 def _meshes(here: Path) -> Iterator[Seed]:

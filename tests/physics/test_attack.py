@@ -129,7 +129,7 @@ NOT_ENTERED = {
     *("Preload", "Pressure", "ReducedJoint", "Sliders", "Summits"),
     *("FieldState", "State"),
     *("VectorCycle", "VectorResponse", "Verdict"),
-    *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read", "Structure.load"),
+    *("MeshedJoint.read", "ModalTest.read", "Record.read", "Scan.read"),
     "ReducedJoint.load",
     *("Drawing.converge", "Scan.changed"),
     *(f"NormalLaw.{quantity}" for quantity in ("contact_area", "contact_count")),  # so do these

@@ -33,7 +33,7 @@ def beam(friction: float) -> ms.Preload:
     field = ms.JointField(surface(), friction, areas=data["patch_areas"], gaps=data["patch_gaps"])
     # Its first degrees of freedom are the relative motions of the patches themselves.
     directions = np.eye(len(data["mass"]))[:, :90].reshape(-1, 30, 3)
-    structure = ms.Structure.load(MODEL).attach(field, directions=directions)
+    structure = ms.Structure(data["mass"], data["stiffness"]).attach(field, directions=directions)
     return structure.preload(data["static_force"])
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import io, linalg, sparse
+from scipy import linalg, sparse
 from usual import SURFACE
 
 import microslip as ms
@@ -79,25 +79,6 @@ def test_unreachable_targets_are_kept_and_reported(method: Any) -> None:
     assert curve.message.startswith("stopped beyond the amplitude")
     assert curve.frequency[0] == pytest.approx(1000.0 / (2.0 * np.pi), rel=1e-9)
     assert np.isnan(curve.frequency[1])
-
-
-def test_files_of_matrices_are_read(tmp_path) -> None:
-    np.savez(tmp_path / "model.npz", mass=MASS, stiffness=STIFFNESS, damping=1e-5 * STIFFNESS)
-    again = ms.Structure.load(tmp_path / "model.npz")
-    assert np.array_equal(again.mass, MASS)
-    assert np.array_equal(again.damping, 1e-5 * STIFFNESS)
-    io.savemat(tmp_path / "model.mat", {"M": MASS, "K": sparse.csc_matrix(STIFFNESS)})
-    found = ms.Structure.load(tmp_path / "model.mat")
-    assert np.array_equal(found.mass, MASS)
-    assert found.stiffness.shape == (3, 3)
-    folder = tmp_path / "market"
-    folder.mkdir()
-    io.mmwrite(folder / "mass.mtx", sparse.coo_matrix(MASS), symmetry="symmetric")
-    io.mmwrite(folder / "K2.mtx", sparse.coo_matrix(STIFFNESS))
-    found = ms.Structure.load(folder, stiffness="K2")
-    assert np.array_equal(found.stiffness.toarray(), STIFFNESS)
-    with pytest.raises(ms.InputError, match=r'has no "stiffness".*it has K2, mass'):
-        ms.Structure.load(folder)
 
 
 def test_static_forces_must_have_something_to_push_against(chain: ms.Structure) -> None:

@@ -1,4 +1,4 @@
-"""MATLAB files, version 4 to 7 by SciPy and 7.3 by h5py, and Matrix Market files."""
+"""MATLAB files, version 4 to 7 by SciPy and 7.3 by h5py."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from microslip._core.errors import InputError
 from microslip.readers.arrays import Arrays, arrays_in
 from microslip.readers.child import parsed
-from microslip.readers.files import allowed_points, refuse_beyond
+from microslip.readers.files import refuse_beyond
 from microslip.readers.hdf5 import group_members, leaf_of, opened, stored_arrays
 
 
@@ -19,11 +18,6 @@ def variables(path: Path) -> dict[str, Any]:
     """Return the variables of a MAT-file up to version 7 by name, structs as nested mappings."""
     content: dict[str, Any] = parsed("MAT-file", path, read_mat, libraries=["scipy.io"])
     return content
-
-
-def market_matrix(path: Path) -> Any:
-    """Return the matrix of a Matrix Market file."""
-    return parsed("Matrix Market file", path, read_market, libraries=["scipy.io"])
 
 
 # ------------------------------------------------------------------ what runs in the child
@@ -41,19 +35,6 @@ def read_mat(path: Path) -> dict[str, Any]:
         if isinstance(value, np.ndarray) and value.dtype.kind in "iufcb":
             by_name[name] = value.reshape(sizes[name])
     return by_name
-
-
-def read_market(path: Path) -> Any:
-    """Read a Matrix Market file with SciPy, unless it declares more numbers than the limit."""
-    from scipy.io import mminfo, mmread
-
-    rows, columns, entries = mminfo(str(path))[:3]
-    # A sparse matrix also needs memory for each column.
-    if entries + 10 * max(rows, columns) > (points := allowed_points()):
-        raise InputError(
-            f"declares {rows} x {columns} with {entries} entries, more than `limit={points}`"
-        )
-    return mmread(str(path))
 
 
 # MATLAB stores tables, timetables and timeseries in an undocumented form.

@@ -1,10 +1,8 @@
-"""Mass, stiffness and damping matrices: reading, checks, linear modes and rigid-body motions."""
+"""Mass, stiffness and damping matrices: checks, linear modes and rigid-body motions."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +11,6 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.wording import did_you_mean, shorten
-from microslip.readers.array_files import archived
-from microslip.readers.files import decoded, reading
-from microslip.readers.matlab import market_matrix, variables
 
 _ASYMMETRY = 1e-8  # of the largest entry: what files with eight digits leave
 LARGEST_DENSE = 4000
@@ -229,57 +223,3 @@ def least_square(stiffness: Any, mass: Any) -> float:
 def rigid_count(squares: Floats, stiffness: Any, mass: Any) -> int:
     """Return the number of ``squares`` [rad^2/s^2] that are zero up to rounding."""
     return int(np.count_nonzero(squares <= least_square(stiffness, mass)))
-
-
-_NAMES = {"mass": ("mass", "M"), "stiffness": ("stiffness", "K"), "damping": ("damping", "C")}
-
-
-def load_matrices(
-    path: str | os.PathLike[str], names: Mapping[str, str], limit: int
-) -> tuple[Any, Any, Any]:
-    """Load mass, stiffness and optional damping; see :meth:`microslip.Structure.load`."""
-    for name in names:
-        if name not in _NAMES:
-            raise InputError(
-                f"{name} is no matrix of a structure; write mass=, stiffness=, damping="
-            )
-    file = Path(path)
-    if not file.exists():
-        raise InputError(f"{file.name}: there is no such file")
-    if file.is_dir():
-        content = _folder(file, limit)
-    else:
-        read = {".npz": archived, ".mat": variables}.get(file.suffix.lower())
-        if read is None:
-            raise InputError(
-                f"{file.name}: wanted an .npz or .mat file, or a folder of mass.mtx, stiffness.mtx "
-                f"and damping.mtx, got {show(file.suffix)}"
-            )
-        content = _read(file, read, limit)
-    mass, stiffness, damping = (_pick(file, content, kind, names.get(kind)) for kind in _NAMES)
-    return mass, stiffness, damping
-
-
-def _pick(file: Path, content: Mapping[str, Any], kind: str, name: str | None) -> Any:
-    if name is not None:
-        if name not in content:
-            raise InputError(f"{file.name}: {_missing(name, content)}")
-        return content[name]
-    name = next((usual for usual in _NAMES[kind] if usual in content), None)
-    if name is None and kind != "damping":
-        raise InputError(f"{file.name}: {_missing(kind, content)}; write {kind}=... with its name")
-    return None if name is None else content[name]
-
-
-def _missing(name: str, content: Mapping[str, Any]) -> str:
-    listed = ", ".join(shorten(h, 30) for h in list(content)[:12]) or "nothing"
-    return f'has no "{shorten(name, 40)}"{did_you_mean(name, list(content))}; it has {listed}'
-
-
-def _read(file: Path, read: Callable[[Path], Any], limit: int) -> Any:
-    with reading(file, "matrices", limit), decoded(f"{file.suffix.lower()} file"):
-        return read(file)
-
-
-def _folder(folder: Path, limit: int) -> dict[str, Any]:
-    return {file.stem: _read(file, market_matrix, limit) for file in sorted(folder.glob("*.mtx"))}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
@@ -18,7 +17,6 @@ from microslip._core.frozen import assign
 from microslip._core.threads import single_threaded
 from microslip._core.verdicts import Rule, Verdict
 from microslip.friction import BackboneLaw, JointField
-from microslip.readers.files import POINTS
 from microslip.structures.base_motion import base_response
 from microslip.structures.forced import forced_response
 from microslip.structures.geometry import geometry
@@ -35,7 +33,6 @@ from microslip.structures.matrices import (
     check_stiffness,
     direction_matrix,
     linear_modes,
-    load_matrices,
     rigid_count,
     symmetric_matrix,
 )
@@ -117,30 +114,6 @@ class Structure:
     def size(self) -> int:
         """Number of degrees of freedom."""
         return int(self.mass.shape[0])
-
-    # -- files ------------------------------------------------------------------------------------
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str], *, limit: int = POINTS, **names: str) -> Structure:
-        """Read matrices from one file, or from one file for each matrix.
-
-        Parameters
-        ----------
-        path : str or path
-            An ``.npz`` or ``.mat`` file with the matrices, or a folder of Matrix Market
-            files (``mass.mtx``, ``stiffness.mtx`` and optionally ``damping.mtx``).
-        limit : int, optional
-            Largest permitted count of numbers in a file.
-        **names : str, optional
-            Names of the matrices in the file, such as ``mass="M"``. By default ``mass``,
-            ``stiffness`` and ``damping``, or M, K and C.
-
-        Returns
-        -------
-        Structure
-            Structure without joints; add them with :meth:`attach`.
-        """
-        return cls(*load_matrices(path, names, limit))
 
     # -- joints -----------------------------------------------------------------------------------
 

@@ -112,7 +112,7 @@ def around(frame: PanelFrame) -> tuple[float, float, float, float]:
     right, bottom = left + frame.width, top + frame.height
     if not frame.panel.y.bare and frame.panel.y.label:
         left, right = min(left, frame.label_left - half), max(right, frame.label_left + half)
-    top -= 12.0 if frame.panel.note or frame.panel.title else 0.0
+    top -= 12.0 if frame.panel.note else 0.0
     bottom += 0.0 if frame.panel.x.bare else 7.0 + 1.25 * SMALL + TEXT
     return left, top, right, bottom
 

@@ -59,7 +59,7 @@ def test_records_cycles_and_fits() -> None:
     assert len(shown(axes[0])[0]) == len(record)
     measured = ms.measure(record)
     loop, energies = measured.plot()
-    assert energies.get_ylabel() == "Dissipated energy [mJ]"
+    assert energies.get_ylabel() == "Energy per cycle [mJ]"
     assert np.allclose(shown(energies)[1], 1e3 * measured.cycles["dissipated_energy"], rtol=1e-12)
     fit = ms.identify([record])
     assert len(fit.plot()) == 2

@@ -65,9 +65,11 @@ def dimensionless(label: str, form: str = "ratio") -> Quantity:
 
 QUANTITIES: dict[str, Quantity] = {
     "normal_load": Quantity("N", "normal load", "Load", "load", "chosen"),
-    "amplitude": Quantity("m", "displacement amplitude", "Amplitude", "amplitude", "chosen"),
-    "displacement": Quantity("m", "tangential displacement"),
-    "force": Quantity("N", "force needed to hold the displacement"),
+    "amplitude": Quantity(
+        "m", "displacement amplitude", "Displacement amplitude", "amplitude", "chosen"
+    ),
+    "displacement": Quantity("m", "tangential displacement", "Displacement"),
+    "force": Quantity("N", "force needed to hold the displacement", "Force"),
     # by amplitude
     "force_amplitude": Quantity("N", "force amplitude", "Force amplitude", "force", "chosen"),
     "force_ratio": Quantity("-", "force amplitude over force limit", "T/μN", "", "saturating"),
@@ -82,7 +84,9 @@ QUANTITIES: dict[str, Quantity] = {
     "secant_stiffness": Quantity(
         "N/m", "force amplitude over displacement amplitude", "Secant stiffness", "", "3"
     ),
-    "tangent_stiffness": Quantity("N/m", "slope of the first loading curve at the amplitude"),
+    "tangent_stiffness": Quantity(
+        "N/m", "slope of the first loading curve at the amplitude", "Tangent stiffness"
+    ),
     "dissipation_exponent": Quantity(
         "-", "local exponent of the amplitude in the dissipated energy", "Exponent", "", "general"
     ),

@@ -9,10 +9,11 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
+from microslip._core.quantities import Quantity
 from microslip._core.units import engineering
 from microslip.contact.base import NormalLaw
-from microslip.figures.kit import coloured, length_prefix
-from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, Pixels, Plot
+from microslip.figures.kit import axis_of, coloured, length_prefix, map_panel
+from microslip.figures.plot import COLORS, Area, Entry, Line, Panel, Pixels, Plot
 
 _CONTACTS = ("#c9dcec", "#5b9bd0", "#08306b")  # under heavy, middle and light loads
 _SHARES = (1.0, 0.15, 0.023)
@@ -33,16 +34,10 @@ def face_plot(law: Any) -> Plot:
     stiff = law.pair.composite_modulus
     rows, columns = solution.map.shape
     size = max(columns * numbers.pixel[0], rows * numbers.pixel[1])
-    unit, letter = length_prefix(size)
+    scale = length_prefix(size)
+    unit = scale[0]
     ends = 0.0, columns * numbers.pixel[0] / unit, 0.0, rows * numbers.pixel[1] / unit
-    maps = [
-        Panel(
-            Axis(f"x [{letter}m]", ends[0], ends[1], unit=unit),
-            Axis(f"y [{letter}m]", ends[2], ends[3], unit=unit),
-            equal=True, grid=False, cell=(0, 0, place, place),
-        )
-        for place in (0, 1)
-    ]  # fmt: skip
+    maps = [map_panel(ends, scale, column) for column in (0, 1)]
     highest = float(solution.map.max())
     pressures = np.where(solution.map > 0.0, solution.map, np.nan)
     maps[0].add(Pixels(coloured(pressures[::-1], 0.0, highest), *ends))
@@ -72,15 +67,15 @@ def load_panel(law: Any) -> tuple[Panel, Sequence[Entry]]:
     top = law.numbers.pressure * law.area
     loads = np.geomspace(1.0, _RANGE, _POINTS) * top * (1.0 - 1e-9)
     pressures = loads / law.area
-    unit = 1e6 if pressures[0] >= 1e6 else 1e3
+    scale = (1e6, "M") if pressures[0] >= 1e6 else (1e3, "k")
     step = np.asarray(law.separation(loads))
     step = step - step[0]
-    length, letter = length_prefix(float(step[-1]))
+    beyond = f"Separation beyond that at {engineering(float(pressures[0]), 'Pa')}"
     panel = Panel(
-        Axis(f"Separation beyond that at {engineering(float(pressures[0]), 'Pa')} [{letter}m]",
-             unit=length),
-        Axis(f"Pressure [{'M' if unit == 1e6 else 'k'}Pa]", log=True, unit=unit),
-    )  # fmt: skip
+        axis_of(Quantity("m", label=beyond), length_prefix(float(step[-1]))),
+        axis_of(Quantity("Pa", label="Pressure"), scale, log=True),
+    )
+    length, unit = panel.x.unit, panel.y.unit
     entries = []
     bearing = np.flatnonzero((law.solution.pressure > 0.0).sum(axis=0) > 1)
     pieces = [_opened(law.of_pieces([i]), loads) for i in bearing]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from microslip._core.quantities import Quantity
 from microslip._core.units import prefix
 from microslip.figures.plot import (
     COLORS,
@@ -18,7 +20,6 @@ from microslip.figures.plot import (
     Axis,
     Entry,
     Floats,
-    Line,
     Marker,
     Panel,
     Pixels,
@@ -39,12 +40,6 @@ def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
     return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
-def force_prefix(values: ArrayLike) -> tuple[float, str]:
-    """Return factor and unit prefix for values [SI]; no prefix if all are zero."""
-    largest = float(np.abs(values).max(initial=0.0))
-    return prefix(largest) if largest > 0.0 else (1.0, "")
-
-
 def common_prefix(values: Sequence[float]) -> tuple[float, str]:
     """Return factor and unit prefix for the largest value; none if values are far apart."""
     return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
@@ -53,6 +48,24 @@ def common_prefix(values: Sequence[float]) -> tuple[float, str]:
 def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
     """Return True if positive values span more than a factor, too much for a linear axis."""
     return max(values) > factor * min(values)
+
+
+def axis_of(quantity: Quantity, scale: tuple[float, str] = (1.0, ""), **options: Any) -> Axis:
+    """Return the axis of a quantity, with its label and unit: "Force [kN]".
+
+    ``scale`` is the divisor of the values, which are in SI units, and the prefix of the unit:
+    (1e3, "k"), or (0.01, "%") for a dimensionless quantity. ``options`` are fields of the axis.
+    """
+    factor, letter = scale
+    unit = re.sub(r"\^(\d)", lambda power: power[1].translate(_SUPERSCRIPTS), quantity.unit)
+    unit = letter or "–" if unit == "-" else f"{letter}{unit}"
+    return Axis(f"{quantity.label} [{unit}]" if unit else quantity.label, unit=factor, **options)
+
+
+def time_axis(time: Floats) -> Axis:
+    """Return the axis of times [s] from zero: with a prefix if they end before one second."""
+    scale = prefix(float(time[-1])) if 0.0 < float(time[-1]) < 1.0 else (1.0, "")
+    return axis_of(Quantity("s", label="Time"), scale, margin=0.0)
 
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -169,10 +182,10 @@ def line_style(index: int) -> LineStyle:
     return LOOKS[index % len(LOOKS)]
 
 
-def pale(color: str) -> str:
+def pale(color: str, strength: float = 0.3) -> str:
     """Return a lighter shade of a colour, for areas behind lines of that colour."""
     parts = (int(color[i : i + 2], 16) for i in (1, 3, 5))
-    return "#" + "".join(f"{round(255 - 0.3 * (255 - part)):02x}" for part in parts)
+    return "#" + "".join(f"{round(255 - strength * (255 - part)):02x}" for part in parts)
 
 
 # -- numbers on an axis ----------------------------------------------------------------------------
@@ -181,28 +194,6 @@ def pale(color: str) -> str:
 def drawable(values: Floats, log: bool = True) -> Floats:
     """Replace values that an axis cannot show by NaN: infinite, or for ``log`` not above zero."""
     return np.where(np.isfinite(values) & ((values > 0.0) | (not log)), values, np.nan)
-
-
-def visible_values(values: Floats, log: bool = True) -> Floats:
-    """Return the values that an axis, logarithmic or not, can show."""
-    values = drawable(values, log)
-    return values[np.isfinite(values)]
-
-
-def in_unit(values: Floats, unit: str) -> tuple[float, str]:
-    """Return the divisor that converts values to a prefixed unit, and this unit as text.
-
-    The prefix suits the geometric mean of the smallest and the largest value: (1e-6, "µm").
-    """
-    if unit in ("", "-", "–"):
-        return 1.0, "–"
-    if unit.startswith("1/"):  # counts per area are usual per square millimetre
-        return 1e6, "1/mm²"
-    values = visible_values(values)
-    if not values.size:
-        return 1.0, unit
-    factor, letter = prefix(math.sqrt(float(values.min()) * float(values.max())))
-    return factor, f"{letter}{unit}"
 
 
 # -- items of a panel ------------------------------------------------------------------------------
@@ -220,31 +211,22 @@ def box(left: float, right: float, bottom: float, top: float, color: str) -> Are
     return Area(np.array([left, right, right, left]), np.array([bottom, bottom, top, top]), color)
 
 
-def edge_of(left: float, right: float, bottom: float, top: float, color: str, width: float) -> Line:
-    """Return the outline of a rectangle."""
-    x = np.array([left, right, right, left, left], dtype=float)
-    return Line(x, np.array([bottom, bottom, top, top, bottom], dtype=float), color, width)
-
-
-def in_rows(panels: Sequence[Panel], columns: int) -> tuple[float, ...]:
-    """Place panels in rows of ``columns`` and return the relative heights of the rows, all 1."""
-    for number, panel in enumerate(panels):
-        row, column = divmod(number, columns)
-        panel.cell = (row, row, column, column)
-    return (1.0,) * math.ceil(len(panels) / columns)
-
-
-def scale_of_colours(
-    label: str, low: float, high: float, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]
+def map_panel(
+    ends: tuple[float, float, float, float], scale: tuple[float, str], column: int = 0
 ) -> Panel:
-    """Return a panel that shows the colour scale of maps, from ``low`` to ``high``."""
-    return Panel(
-        Axis(label, low, high),
-        Axis(low=0.0, high=1.0, ticks=()),
-        grid=False,
-        cell=cell,
-        items=[Pixels(ramp, low, high, 0.0, 1.0)],
+    """Return a panel for a map over x and y; ``ends`` are the ranges of x and y in its unit."""
+    x, y = (
+        axis_of(Quantity("m", label=name), scale, low=low, high=high)
+        for name, low, high in (("x", *ends[:2]), ("y", *ends[2:]))
     )
+    return Panel(x, y, equal=True, grid=False, cell=(0, 0, column, column))
+
+
+def scale_of_colours(axis: Axis, ramp: NDArray[np.uint8], cell: tuple[int, int, int, int]) -> Panel:
+    """Return a panel that shows the colour scale of maps, over an axis with both ends."""
+    pixels = Pixels(ramp, axis.low or 0.0, axis.high or 0.0, 0.0, 1.0)
+    across = Axis(low=0.0, high=1.0, ticks=())
+    return Panel(axis, across, grid=False, cell=cell, items=[pixels])
 
 
 def with_scale(

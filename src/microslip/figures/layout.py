@@ -201,17 +201,13 @@ def _values_drawn(panel: Panel, direction: AxisName) -> Floats:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _label_count(length: float) -> int:
-    return max(2, min(9, int(length / 24.0)))
-
-
 def _scale(frame: PanelFrame, direction: AxisName) -> AxisScale:
     scale, axis = (frame.x, frame.panel.x) if direction == "x" else (frame.y, frame.panel.y)
     if axis.ticks is not None:
         return scale._replace(ticks=Ticks(tuple(axis.ticks)))
     low, high = min(scale.low, scale.high), max(scale.low, scale.high)
     room = frame.width if direction == "x" else frame.height
-    limit = _label_count(room) if direction == "y" else max(2, min(9, int(room / 45.0)))
+    limit = max(2, min(9, int(room / (45.0 if direction == "x" else 24.0))))
     ticks = round_numbers(low, high, limit, axis.log, axis.integer)
     if direction == "x":  # horizontal labels must not overlap
         widest = max((text_width(text, SMALL) for _, text in ticks.major), default=0.0)
@@ -298,8 +294,8 @@ def _sides(frame: PanelFrame) -> tuple[float, float]:
 def _ends_of(frame: PanelFrame) -> tuple[float, float]:
     """Return the space for title and labels above and below a panel [pt]."""
     panel = frame.panel
-    offset = frame.y.ticks.offset and not panel.note and not panel.title
-    over = 16.0 if panel.title else 15.0 if panel.note else 13.0 if offset else 6.0
+    offset = frame.y.ticks.offset and not panel.note
+    over = 15.0 if panel.note else 13.0 if offset else 6.0
     if panel.x.bare:
         return over, 3.0
     lines = panel.x.label.count("\n") + 1 if panel.x.label else 0
@@ -309,7 +305,7 @@ def _ends_of(frame: PanelFrame) -> tuple[float, float]:
 # -- legend --------------------------------------------------------------------------------------
 
 
-def entry_width(entry: Entry) -> float:
+def _entry_width(entry: Entry) -> float:
     """Return the width of a legend entry [pt], including its line and spacing."""
     return _HANDLE + _GAP + text_width(entry.label, SMALL) + _SPACING
 
@@ -318,7 +314,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
     lines: list[list[Entry]] = []
     room = 0.0
     for entry in entries:
-        width = entry_width(entry)
+        width = _entry_width(entry)
         if not lines or width > room:
             lines.append([])
             room = PAGE - 20.0
@@ -330,7 +326,7 @@ def _legend_lines(entries: Sequence[Entry]) -> list[list[Entry]]:
 def _legend(lines: list[list[Entry]], top: float) -> list[Handle]:
     handles = []
     for number, line in enumerate(lines):
-        widths = [entry_width(entry) for entry in line]
+        widths = [_entry_width(entry) for entry in line]
         here = 0.5 * (PAGE - sum(widths) + _SPACING)
         for entry, width in zip(line, widths, strict=True):
             handles.append(Handle(entry, here, top + _LINE * SMALL * (number + 0.5)))

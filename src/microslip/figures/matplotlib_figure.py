@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -14,12 +13,11 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from microslip._core.checks import show
 from microslip._core.errors import InputError
 from microslip.figures import plot as shapes
-from microslip.figures.plot import COLORS, Item, Panel, Plot
+from microslip.figures.plot import COLORS, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
 _LINE = 100  # letters in a line of a legend
@@ -30,24 +28,22 @@ _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictio
 
 def rendered(plot: Plot, kind: str) -> bytes:
     """Render a figure as "png" or "pdf"; the bytes do not depend on the user's matplotlibrc."""
-    file = io.BytesIO()
+    file, undated = io.BytesIO(), {"CreationDate": None} if kind == "pdf" else None
     with style.context(["default", STYLE]), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
-        dated: Any = {"metadata": {"CreationDate": None}} if kind == "pdf" else {}
-        to_matplotlib(plot, Figure()).savefig(file, format=kind, **dated)
+        to_matplotlib(plot, Figure()).savefig(file, format=kind, metadata=undated)
     return file.getvalue()
 
 
 def to_matplotlib(plot: Plot, page: Figure, color: str | None = None, label: str = "") -> Figure:
     """Draw all panels, title and legend on an empty page; see :func:`draw`."""
-    page.set_size_inches(page.get_figwidth(), plot.height)
+    page.set_figheight(plot.height)
     ratios = {"height_ratios": plot.heights, "width_ratios": plot.widths}
     grid = page.add_gridspec(len(plot.heights), len(plot.widths), **ratios)
     for panel in plot.panels:
         top, bottom, left, right = panel.cell
         axes = page.add_subplot(grid[top : bottom + 1, left : right + 1])
-        _draw_panel(axes, panel, color, label if panel is plot.panels[0] else "")
-        axes.set_title(_plain(panel.title))
+        _draw_panel(axes, panel, color, label)
         axes.set_title(_plain(panel.note), loc="left", size="small")
     page.align_ylabels()
     if plot.title:
@@ -62,7 +58,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
     """Draw a figure on a new page, or its panels on the axes of the user.
 
     On axes that already have a figure, the units of that figure and the next colour are used.
-    ``color`` replaces black, ``label`` names the first line; see
+    ``color`` replaces black, ``label`` names the first line of each panel; see
     :class:`~microslip.figures.plottable.Plottable`.
     """
     panels = plot.panels
@@ -78,7 +74,7 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
             raise InputError(f"`ax` must be {expected}, got {show(ax)}")
         with style.context(STYLE):
             for axes, panel in zip(drawn, panels, strict=True):
-                _draw_panel(axes, panel, color, label if panel is panels[0] else "")
+                _draw_panel(axes, panel, color, label)
             if len(plot.legend) > 1:
                 _legend(drawn[0], plot)
     return drawn[0] if len(panels) == 1 else np.array(drawn, dtype=object)
@@ -89,84 +85,65 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
     _drawn_before[axes] = (count + 1, x_unit, y_unit)
     if not count:
         _prepare(axes, panel)
-    for number, item in enumerate(panel.items):
-        is_curve = isinstance(item, (shapes.Line, shapes.Marks))
-        if isinstance(item, (shapes.Line, shapes.Marks)) and item.color == COLORS[0]:
-            item = replace(item, color=color or COLORS[count % len(COLORS)])
-        paint(item, axes, panel.x.unit / x_unit, panel.y.unit / y_unit, 1.5 + 0.01 * number)
-        if label and is_curve:
-            axes.lines[-1].set_label(label)
-            label = ""
+    hues = {COLORS[0]: color or COLORS[count % len(COLORS)]}
+    x, y = panel.x.unit / x_unit, panel.y.unit / y_unit
+    curves: list[Line2D] = []
+    for item in panel.items:
+        match item:
+            case shapes.Line():
+                stroke = {"color": hues.get(item.color, item.color), "lw": item.width}
+                curves += axes.plot(x * item.x, y * item.y, ls=(0, item.dash or None), **stroke)
+            case shapes.Marks():
+                look = {"color": hues.get(item.color, item.color), "mfc": "white"}
+                curves += axes.plot(x * item.x, y * item.y, item.marker, ms=item.size, **look)
+            case shapes.Guide():
+                line, unit = (axes.axhline, y) if item.axis == "y" else (axes.axvline, x)
+                line(unit * item.value, color=item.color, lw=item.width, ls=(0, item.dash or None))
+            case shapes.Band():
+                span, unit = (axes.axhspan, y) if item.axis == "y" else (axes.axvspan, x)
+                span(unit * item.low, unit * item.high, color=item.color, lw=0.0)
+            case shapes.Area():
+                axes.fill(x * item.x, y * item.y, color=item.color, lw=0.0)
+            case shapes.Words():
+                system, place = "axes fraction", (item.x, item.y)
+                if item.data:
+                    system, place = "data", (x * item.x, y * item.y)
+                text = {"color": item.color, "size": 8.5, "bbox": _WHITE}
+                axes.annotate(item.text, place, xycoords=system, va="top", **text)
+            case shapes.Pixels():
+                ends = (x * item.left, x * item.right, y * item.bottom, y * item.top)
+                fitted = {"extent": ends, "aspect": axes.get_aspect()}
+                axes.imshow(item.values, interpolation="nearest", **fitted)
+    if label and curves:
+        curves[0].set_label(label)
 
 
 def _prepare(axes: Axes, panel: Panel) -> None:
     axes.margins(panel.x.margin, panel.y.margin)
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
-        if axis.log:
-            axes.set(**{f"{side}scale": "log"})
-        if axis.low is not None or axis.high is not None:
-            axes.set(**{f"{side}lim": (axis.low, axis.high)})
+        limits = {} if axis.low is axis.high is None else {f"{side}lim": (axis.low, axis.high)}
+        axes.set(**{f"{side}scale": "log" if axis.log else "linear", **limits})
         if axis.ticks is not None:
-            mine.set_ticks([x for x, _ in axis.ticks], labels=[_plain(s) for _, s in axis.ticks])
+            mine.set_ticks([x for x, _ in axis.ticks], labels=[text for _, text in axis.ticks])
         elif axis.integer:
-            mine.set_major_locator(MaxNLocator("auto", integer=True))
+            mine.get_major_locator().set_params(integer=True)
         if axis.bare:
             mine.set_tick_params(which="both", labelbottom=False, labelleft=False)
         elif not mine.get_label_text():
-            mine.set_label_text(_plain(axis.label))
+            mine.set_label_text(axis.label)
     axes.grid(panel.grid)
     if panel.equal:
         axes.set_aspect("equal")
 
 
 def _legend(owner: Figure | Axes, plot: Plot, **place: Any) -> None:
-    handles = [
-        Line2D(
-            [], [], color=entry.color, linestyle=_dash(entry.dash) if entry.line else "none",
-            marker=entry.marker or "none", label=_plain(entry.label),
-            markerfacecolor=entry.color if entry.filled else "white",
-        )
-        for entry in plot.legend
-    ]  # fmt: skip
-    owner.legend(handles=handles, title=_plain(plot.legend_title) or None, **place)
+    handles = []
+    for entry in plot.legend:
+        line: Any = (0, entry.dash or None) if entry.line else "none"
+        look = {"marker": entry.marker or "none", "label": _plain(entry.label)}
+        handles.append(Line2D([], [], color=entry.color, mfc="white", ls=line, **look))
+    owner.legend(handles=handles, title=plot.legend_title or None, **place)
 
 
 def _plain(text: str) -> str:
     return text.replace("$", r"\$")  # a dollar sign would start a formula
-
-
-def _dash(dash: tuple[float, ...]) -> Any:
-    return (0, dash or None)  # None is solid
-
-
-def paint(item: Item, axes: Axes, x: float, y: float, order: float) -> None:
-    """Draw an item of a panel, its coordinates multiplied by ``x`` and ``y``, at a z-order."""
-    look: dict[str, Any] = {"color": getattr(item, "color", None), "zorder": order}
-    stroke = {"lw": getattr(item, "width", None), "ls": _dash(getattr(item, "dash", ()))}
-    points = np.multiply(x, getattr(item, "x", 0.0)), np.multiply(y, getattr(item, "y", 0.0))
-    across, side = (y, "h") if getattr(item, "axis", "x") == "y" else (x, "v")
-    match item:
-        case shapes.Line():
-            axes.plot(*points, **look, **stroke)
-        case shapes.Marks():
-            face = item.color if item.filled else "white"
-            axes.plot(*points, item.marker, ms=item.size, mfc=face, **look)
-        case shapes.Guide():
-            getattr(axes, f"ax{side}line")(across * item.value, **look, **stroke)
-        case shapes.Band():
-            span = getattr(axes, f"ax{side}span")
-            span(across * item.low, across * item.high, lw=0.0, **look)
-        case shapes.Area():
-            axes.fill(*points, lw=0.0, **look)
-        case shapes.Words():
-            system, place = ("data", points) if item.data else ("axes fraction", (item.x, item.y))
-            axes.annotate(
-                _plain(item.text), place, xycoords=system, ha=item.align,
-                va=item.valign.replace("middle", "center"), size=item.size, bbox=_WHITE,
-                rotation=item.angle, rotation_mode="anchor", zorder=order + 1.0, color=item.color,
-            )  # fmt: skip
-        case shapes.Pixels():
-            ends = (x * item.left, x * item.right, y * item.bottom, y * item.top)
-            values = item.values if item.values.ndim == 3 else item.values[..., None].repeat(3, 2)
-            axes.imshow(values, extent=ends, zorder=order, aspect=axes.get_aspect(),
-                        interpolation="nearest")  # fmt: skip

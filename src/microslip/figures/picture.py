@@ -19,7 +19,7 @@ class Picture:
     name: str  # stem of the file names
     caption: str  # one or two sentences
     plot: Callable[[], Plot]  # returns the figure as data
-    alternative: str = ""  # alternative text for screen readers
+    alternative: str  # alternative text for screen readers
 
     @cached_property
     def _drawn(self) -> Plot:
@@ -53,7 +53,7 @@ def figure_element(picture: Picture, number: int) -> str:
     """
     source = "data:image/svg+xml;base64," + base64.b64encode(picture.svg).decode("ascii")
     return (
-        f'<figure>\n<img src="{source}" alt="{escape(picture.alternative or picture.caption)}">\n'
+        f'<figure>\n<img src="{source}" alt="{escape(picture.alternative)}">\n'
         f"<figcaption><strong>Figure {number}.</strong> {escape(picture.caption)}</figcaption>\n"
         "</figure>\n"
     )

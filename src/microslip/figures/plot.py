@@ -51,13 +51,12 @@ class Line:
 
 @dataclass(frozen=True)
 class Marks:
-    """Marker at each point, hollow unless ``filled``."""
+    """Hollow marker at each point."""
 
     x: Floats
     y: Floats
     color: str = COLORS[0]
     marker: Marker = "o"
-    filled: bool = False
     size: float = 4.5
 
 
@@ -93,27 +92,22 @@ class Area:
 
 @dataclass(frozen=True)
 class Words:
-    """Text on a white background at a point of the panel.
+    """Text on a white background, with its upper left corner at a point of the panel.
 
     The point is in fractions of the size of the panel or, if ``data`` is true, in values of the
-    axes. ``align`` and ``valign`` state which edge of the text is at the point; ``angle`` rotates
-    the text about the point [deg].
+    axes.
     """
 
     x: float
     y: float
     text: str
-    align: Literal["left", "center", "right"] = "left"
-    valign: Literal["top", "middle", "bottom"] = "top"
     color: str = "#1a1a1a"
-    size: float = 8.5
-    angle: float = 0.0
     data: bool = False
 
 
 @dataclass(frozen=True)
 class Pixels:
-    """Image of RGB or grey bytes over a rectangle of values, first row at the top."""
+    """Image of RGB bytes over a rectangle of values, first row at the top."""
 
     values: NDArray[np.uint8]
     left: float
@@ -146,8 +140,7 @@ class Panel:
 
     x: Axis = field(default_factory=Axis)
     y: Axis = field(default_factory=Axis)
-    note: str = ""  # above the panel at the left: what the lines are
-    title: str = ""  # above the panel, centred
+    note: str = ""  # above the panel at the left
     grid: bool = True  # grid lines at the ticks
     equal: bool = False  # same length per unit on both axes
     cell: tuple[int, int, int, int] = (0, 0, 0, 0)
@@ -159,7 +152,7 @@ class Panel:
         self.items.append(Line(_floats(x), _floats(y), color, **look))
 
     def marks(self, x: ArrayLike, y: ArrayLike, color: str = COLORS[0], **look: Any) -> None:
-        """Add :class:`Marks`; ``look`` sets their marker, size and filling."""
+        """Add :class:`Marks`; ``look`` sets their marker and size."""
         self.items.append(Marks(_floats(x), _floats(y), color, **look))
 
     def add(self, *items: Item) -> None:
@@ -179,7 +172,6 @@ class Entry:
     color: str = COLORS[0]
     dash: tuple[float, ...] = ()
     marker: Marker | None = None
-    filled: bool = False
     line: bool = True
 
 

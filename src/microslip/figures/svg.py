@@ -158,8 +158,6 @@ def _labels(
     if panel.note:
         shift = 40.0 if frame.y.ticks.offset else 0.0
         yield _text(left + shift, top - 4.5, panel.note)
-    if panel.title:
-        yield _text(middle[0], top - 5.0, panel.title, TEXT, "middle")
 
 
 def _vertical_text(x: float, y: float, label: str) -> str:
@@ -200,10 +198,7 @@ def _(item: shapes.Marks, frame: PanelFrame) -> str:
     shape = marker_path(item.marker, 0.5 * item.size)
     places = zip(x[fine].tolist(), y[fine].tolist(), strict=True)
     path = "".join(f"M{px:.2f} {py:.2f}{shape}" for px, py in places)
-    fill = item.color if item.filled else "#fff"
-    return (
-        f'<path d="{path}" fill="{fill}" stroke="{item.color}" stroke-width=".8"/>' if path else ""
-    )
+    return f'<path d="{path}" fill="#fff" stroke="{item.color}" stroke-width=".8"/>' * bool(path)
 
 
 @_draw.register
@@ -246,18 +241,8 @@ def _(item: shapes.Words, frame: PanelFrame) -> str:
         x, y = float(xs[0]), float(ys[0])
     else:
         x, y = frame.across(item.x), frame.down(item.y)
-    lines = item.text.split("\n")
-    shift = {"top": 1.15, "middle": 0.36, "bottom": -0.4}[item.valign] * item.size
-    share = {"top": 0.0, "middle": 0.5, "bottom": 1.0}[item.valign]
-    rise = share * 1.25 * item.size * (len(lines) - 1)
-    anchor = {"left": "start", "center": "middle", "right": "end"}[item.align]
-    turn = f' transform="rotate({-item.angle:.4g} {x:.2f} {y:.2f})"' if item.angle else ""
-    color = "" if item.color == "#1a1a1a" else f' fill="{item.color}"'
-    texts = [
-        _text(x, y + shift - rise + 1.25 * item.size * number, line, item.size, anchor, _HALO)
-        for number, line in enumerate(lines)
-    ]
-    return f"<g{turn}{color}>{''.join(texts)}</g>"
+    text = _text(x, y + 1.15 * SMALL, item.text, attributes=_HALO)
+    return f'<g fill="{item.color}">{text}</g>'
 
 
 @_draw.register
@@ -338,9 +323,8 @@ def marker_path(marker: Marker, r: float) -> str:
 
 
 def png_bytes(values: NDArray[np.uint8]) -> bytes:
-    """Encode rows of grey, RGB or RGBA bytes as PNG."""
+    """Encode rows of RGB bytes as PNG."""
     height, width = values.shape[:2]
-    kind = {1: 0, 3: 2, 4: 6}[1 if values.ndim == 2 else values.shape[2]]
     rows = values.reshape(height, -1)
     raw = np.concatenate([np.zeros((height, 1), np.uint8), rows], axis=1).tobytes()
 
@@ -348,7 +332,7 @@ def png_bytes(values: NDArray[np.uint8]) -> bytes:
         body = name + data
         return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
 
-    head = struct.pack(">IIBBBBB", width, height, 8, kind, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     return (
         b"\x89PNG\r\n\x1a\n"
         + chunk(b"IHDR", head)
@@ -373,10 +357,9 @@ def _legend(page: Page) -> Iterable[str]:
                 f'stroke-width="1.4"{_dash(entry.dash, 1.4)}/>'
             )
         if entry.marker is not None:
-            fill = entry.color if entry.filled else "#fff"
             shape = marker_path(entry.marker, 2.25)
             yield (
-                f'<path d="M{left + 9.35:.2f} {middle:.2f}{shape}" fill="{fill}" '
+                f'<path d="M{left + 9.35:.2f} {middle:.2f}{shape}" fill="#fff" '
                 f'stroke="{entry.color}" stroke-width=".8"/>'
             )
         yield _text(left + 25.0, middle + 0.36 * SMALL, entry.label) + "</g>"

@@ -9,41 +9,42 @@ import numpy as np
 
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
+from microslip._core.quantities import QUANTITIES
 from microslip._core.units import prefix
-from microslip.figures.kit import length_prefix
-from microslip.figures.plot import DASHED, THIN, Axis, Guide, Panel, Plot
+from microslip.figures.kit import axis_of, length_prefix
+from microslip.figures.plot import DASHED, THIN, Guide, Panel, Plot
 
-_LABELS = {
-    "backbone": ("Force of first loading", "N"),
-    "backbone_stiffness": ("Tangent stiffness", "N/m"),
-    "secant_stiffness": ("Secant stiffness", "N/m"),
-    "dissipated_energy": ("Dissipated energy per cycle", "J"),
-    "loss_factor": ("Loss factor η", ""),
-    "damping_ratio": ("Damping ratio ζ of the interface", ""),
-    "dissipation_exponent": ("Local exponent d ln E / d ln δ", ""),
-}
+_QUANTITIES = {
+    "backbone": QUANTITIES["force"],
+    "backbone_stiffness": QUANTITIES["tangent_stiffness"],
+    **{
+        name: QUANTITIES[name]
+        for name in ("secant_stiffness", "dissipated_energy", "loss_factor", "damping_ratio",
+                     "dissipation_exponent")
+    },
+}  # fmt: skip
 _POINTS = 241
 _RIGID = (1e-9, 1e-4)  # amplitudes [m] of a law without slip scale
 
 
 def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
     """Return a plot of a quantity over amplitudes [m]; default: from microslip to gross slip."""
-    if not isinstance(quantity, str) or quantity not in _LABELS:
-        names = ", ".join(_LABELS)
+    if not isinstance(quantity, str) or quantity not in _QUANTITIES:
+        names = ", ".join(_QUANTITIES)
         raise InputError(f"`quantity` must be one of {names}, got {show(quantity)}")
     a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
     a = a.reshape(-1)
     values = np.asarray(getattr(law, quantity)(a), dtype=float)
-    x_unit, x_letter = length_prefix(float(a.max()))
-    name, symbol = _LABELS[quantity]
-    finite = values[np.isfinite(values)]
-    unit, letter = prefix(float(finite.max(initial=0.0)) or 1.0) if symbol else (1.0, "")
+    drawn = _QUANTITIES[quantity]
+    largest = float(values[np.isfinite(values)].max(initial=0.0))
+    scale = prefix(largest) if drawn.unit != "-" else (1.0, "")
     log = quantity != "dissipation_exponent" and bool((values > 0.0).any())
-    displacement = "Displacement" + " amplitude" * (not quantity.startswith("backbone"))
+    across = QUANTITIES["displacement" if quantity.startswith("backbone") else "amplitude"]
     panel = Panel(
-        Axis(f"{displacement} [{x_letter}m]", log=True, margin=0.0, unit=x_unit),
-        Axis(f"{name} [{letter}{symbol}]" if symbol else name, log=log, unit=unit),
+        axis_of(across, length_prefix(float(a.max())), log=True, margin=0.0),
+        axis_of(drawn, scale, log=log),
     )
+    x_unit, unit = panel.x.unit, panel.y.unit
     panel.line(a / x_unit, values / unit)
     if quantity == "backbone":
         stuck = law.tangential_stiffness * a

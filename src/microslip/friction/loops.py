@@ -121,16 +121,18 @@ class Loop(Locked, Plottable):
         return gap / span if span > 0.0 else 0.0
 
     def _figure(self) -> Plot:
-        from microslip.figures.kit import force_prefix, length_prefix
-        from microslip.figures.plot import Axis, Panel, Plot
+        from microslip._core.quantities import QUANTITIES
+        from microslip._core.units import prefix
+        from microslip.figures.kit import axis_of, length_prefix
+        from microslip.figures.plot import Panel, Plot
 
-        x_unit, x_letter = length_prefix(float(np.abs(self.displacement).max()))
-        y_unit, y_letter = force_prefix(self.force)
         panel = Panel(
-            Axis(f"Displacement [{x_letter}m]", unit=x_unit),
-            Axis(f"Force [{y_letter}N]", unit=y_unit),
+            axis_of(
+                QUANTITIES["displacement"], length_prefix(float(np.abs(self.displacement).max()))
+            ),
+            axis_of(QUANTITIES["force"], prefix(float(np.abs(self.force).max()))),
         )
-        panel.line(self.displacement / x_unit, self.force / y_unit)
+        panel.line(self.displacement / panel.x.unit, self.force / panel.y.unit)
         panel.cross()
         return Plot([panel], 4.2)
 

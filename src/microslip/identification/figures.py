@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import QUANTITIES, dimensionless
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import between, drawable, evenly, length_prefix, pale
+from microslip.figures.kit import axis_of, between, drawable, evenly, length_prefix, pale
 from microslip.figures.picture import Picture
 from microslip.figures.plot import (
     COLORS,
@@ -69,14 +70,16 @@ def law(result: Any) -> Plot:
     """Plot force, energy and damping ratio against amplitude, with intervals."""
     tables = curves_of(result)
     drawn = [tables[i] for i in evenly(len(tables), _MOST_PANELS)]
-    unit, letter = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
+    scale = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
+    unit = scale[0]
     panels = [
-        Panel(Axis(f"Displacement amplitude [{letter}m]", log=True), y)
-        for y in (
-            Axis("Force [N]", low=0.0),
-            Axis("Energy of a cycle [J]", log=True),
-            Axis("Damping ratio ζ [–]", low=0.0),
+        Panel(
+            axis_of(QUANTITIES["amplitude"], scale, log=True),
+            axis_of(
+                QUANTITIES[name], **({"log": True} if name == "dissipated_energy" else {"low": 0.0})
+            ),
         )
+        for name in SHOWN
     ]
     for table, color in zip(drawn, COLORS[1:], strict=False):
         x = table.amplitude / unit
@@ -121,10 +124,11 @@ def loops(result: Any) -> Plot:
     panel_groups = [groups[i] for i in evenly(len(groups), _MOST_PANELS)]
     columns = min(len(panel_groups), 3)
     rows = math.ceil(len(panel_groups) / columns)
-    x_unit, x_letter = length_prefix(
+    x_scale = length_prefix(
         max(float(np.abs(c.displacement - c.displacement.mean()).max()) for c in cycles)
     )
-    f_unit, f_letter = prefix(max(float(np.abs(c.measured).max()) for c in cycles))
+    f_scale = prefix(max(float(np.abs(c.measured).max()) for c in cycles))
+    x_unit, f_unit = x_scale[0], f_scale[0]
     largest_residual = max(float(np.abs(c.residual).max()) / _noise(c) for c in cycles)
     # Of what is left only the size counts: two marks about zero, of a round number.
     rounded = (m * 10.0**e for e in range(12) for m in (1.0, 2.0, 5.0))
@@ -136,19 +140,17 @@ def loops(result: Any) -> Plot:
         named = len(panel_groups) > 1 or group[0].normal_load is not None
         above = Panel(
             Axis(bare=True, unit=x_unit),
-            Axis(
-                f"Force [{f_letter}N]" if column == 0 else "",
-                high=_upper_end(group, f_unit),
-                unit=f_unit,
-            ),
+            axis_of(QUANTITIES["force"], f_scale, high=_upper_end(group, f_unit)),
             note=name if named else "",
             cell=(row, row, column, column),
         )
         below = Panel(
-            Axis(f"Displacement [{x_letter}m]", unit=x_unit),
-            Axis("Over noise [–]" if column == 0 else "", ticks=ticks),
+            axis_of(QUANTITIES["displacement"], x_scale),
+            axis_of(dimensionless("Over noise"), ticks=ticks),
             cell=(row + 1, row + 1, column, column),
         )
+        if column > 0:
+            above.y.label = below.y.label = ""
         _draw_pair(above, below, group, x_unit, f_unit)
         panels += [above, below]
     left_out = len(groups) - len(panel_groups)

@@ -7,9 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
-from microslip.figures.kit import evenly, far_apart, force_prefix, length_prefix, line_style
+from microslip.figures.kit import (
+    axis_of,
+    evenly,
+    far_apart,
+    length_prefix,
+    line_style,
+    time_axis,
+)
 from microslip.figures.plot import COLORS, Axis, Panel, Plot, stacked
 
 MOST_LOOPS = 6
@@ -21,27 +29,30 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     """Draw mean loops (force over load if all records have a load) and the energy of each cycle."""
     drawn_records = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
     normalised = all("normal_load" in measured.mean for measured in drawn_records)
-    x_unit, x_letter = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))
-    y_unit, y_letter = prefix(max(m.mean["force_amplitude"].value for m in drawn_records))
+    x_scale = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))
+    forces = axis_of(dimensionless("Force over normal load T/N"))
+    if not normalised:
+        largest = max(m.mean["force_amplitude"].value for m in drawn_records)
+        forces = axis_of(QUANTITIES["force"], prefix(largest))
     energies = np.concatenate([m.cycles["dissipated_energy"] for m in drawn_records])
-    e_unit, e_letter = prefix(float(np.abs(energies).max()))
+    e_scale = prefix(float(np.abs(energies).max()))
+    e_unit = e_scale[0]
     usual = [m.mean["dissipated_energy"].value for m in drawn_records]
     is_wide = min(float(energies.min()), min(usual)) > 0.0 and far_apart(usual, _DECADES)
-    force_label = "Force / normal load, T/N [–]" if normalised else f"Force [{y_letter}N]"
     loop_panel = Panel(
-        Axis(f"Displacement [{x_letter}m]", unit=x_unit),
-        Axis(force_label, unit=1.0 if normalised else y_unit),
+        axis_of(QUANTITIES["displacement"], x_scale),
+        forces,
         note="Mean cycles without offsets",
         cell=(0, 0, 0, 0),
     )
     right = Panel(
         Axis("Cycle", integer=True),
-        Axis(
-            f"Dissipated energy [{e_letter}J]",
+        axis_of(
+            QUANTITIES["dissipated_energy"],
+            e_scale,
             low=None if is_wide else min(0.0, 1.1 * float(energies.min()) / e_unit),
             high=None if is_wide else max(0.0, 1.1 * float(energies.max()) / e_unit) or None,
             log=is_wide,
-            unit=e_unit,
         ),
         note="Each cycle",
         cell=(0, 0, 1, 1),
@@ -54,8 +65,8 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
         x, force = measured.loop
         x = x - measured.mean["displacement_offset"].value
         force = force - measured.mean["force_offset"].value
-        scale = measured.mean["normal_load"].value if normalised else y_unit
-        loop_panel.line(x / x_unit, force / scale, color, dash=dash)
+        scale = measured.mean["normal_load"].value if normalised else forces.unit
+        loop_panel.line(x / x_scale[0], force / scale, color, dash=dash)
         energy = measured.cycles["dissipated_energy"] / e_unit
         places = np.arange(1, energy.size + 1)
         if energy.size == 1:
@@ -93,23 +104,23 @@ def envelope(time: Any, values: Any) -> tuple[Any, Any]:
 
 def record_figure(record: Any) -> Plot:
     """Draw displacement, force and load against time, or sample number if there is no time."""
-    time, label, t_unit = record.seconds, "Sample", 1.0
-    if time is None:
-        time = np.arange(float(len(record)))
-    else:
-        t_unit, letter = prefix(float(time[-1])) if 0.0 < float(time[-1]) < 1.0 else (1.0, "")
-        label = f"Time [{letter}s]"
-    x_unit, x_letter = length_prefix(float(np.abs(record.displacement).max()) or 1.0)
-    channels = [(f"Displacement [{x_letter}m]", x_unit, record.displacement)]
-    for name, values in (("Force", record.force), ("Normal load", record.normal_load)):
-        if np.ndim(values) == 1:
-            unit, letter = force_prefix(values)
-            channels.append((f"{name} [{letter}N]", unit, values))
+    time = record.seconds
     panels = []
-    for name, unit, values in channels:
-        panel = Panel(Axis(label, margin=0.0, unit=t_unit), Axis(name, unit=unit))
-        across, along = envelope(time, np.asarray(values))
-        panel.line(across / t_unit, along / unit, width=0.9)
+    for name, quantity in (
+        ("displacement", QUANTITIES["displacement"]),
+        ("force", QUANTITIES["force"]),
+        ("normal_load", Quantity("N", label="Normal load")),
+    ):
+        values = np.asarray(getattr(record, name))
+        if values.ndim != 1:
+            continue
+        largest = float(np.abs(values).max())
+        scale = length_prefix(largest or 1.0) if name == "displacement" else prefix(largest)
+        across = Axis("Sample", margin=0.0) if time is None else time_axis(time)
+        panel = Panel(across, axis_of(quantity, scale))
+        places = np.arange(float(values.size)) if time is None else time
+        x, y = envelope(places, values)
+        panel.line(x / across.unit, y / scale[0], width=0.9)
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)
     return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))
@@ -117,13 +128,14 @@ def record_figure(record: Any) -> Plot:
 
 def worn(wear: Any) -> Plot:
     """Draw worn volume against dissipated energy, with the line of the wear coefficient."""
-    unit, letter = prefix(float(wear.energy.max()))
+    scale = prefix(float(wear.energy.max()))
+    unit = scale[0]
     panel = Panel(
-        Axis(f"Dissipated energy [{letter}J]", low=0.0, unit=unit),
-        Axis("Worn volume [mm³]", low=0.0, unit=1e-9),
+        axis_of(Quantity("J", label="Dissipated energy"), scale, low=0.0),
+        axis_of(Quantity("m^3", label="Worn volume"), (1e-9, "m"), low=0.0),
         note=f"α = {1e18 * wear.coefficient.value:.3g} µm³/J",
     )
     x = np.array([0.0, 1.1 * float(wear.energy.max())])
     panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
-    panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0], filled=True)
+    panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0])
     return stacked([panel], 3.8)

@@ -9,11 +9,12 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, dimensionless, hertz, named
+from microslip._core.quantities import QUANTITIES, Quantity, dimensionless, hertz, named
 from microslip._core.units import engineering, prefix
 from microslip._core.wording import shorten
+from microslip.figures.kit import axis_of, line_style
 from microslip.figures.picture import Picture
-from microslip.figures.plot import COLORS, DASHES, Axis, Entry, Panel, Plot, stacked
+from microslip.figures.plot import Panel, Plot, stacked
 from microslip.report import cells
 from microslip.report.document import Document, Items, Section, Table
 from microslip.report.files import csv_file, header
@@ -22,6 +23,7 @@ from microslip.structures import ModalTest
 
 KIND = "microslip-modal-test"
 """Kind of a folder of modal tests, stored in summary.json."""
+_AT_SENSOR = Quantity("m", label="Amplitude at the sensor", form="3")
 _NAMES = ("amplitude", "modal_frequency", "modal_damping_ratio")
 
 
@@ -75,7 +77,7 @@ def _answer(tests: Sequence[ModalTest]) -> str:
 def _section(test: ModalTest) -> Section:
     order, damping = test.amplitude.argsort(kind="stable"), f"ζ, {MOTIONS[test.motion]}"
     quantities = (
-        Quantity("m", label="Amplitude at the sensor", form="3"),
+        _AT_SENSOR,
         hertz("Frequency"),
         dimensionless(damping),
     )
@@ -104,23 +106,26 @@ def points_data(tests: Sequence[ModalTest]) -> DataSet:
 
 def modal_test_plot(tests: Sequence[ModalTest]) -> Plot:
     """Plot frequency and damping ratio against amplitude for each test."""
-    scale, letter = prefix(max(float(test.amplitude.max()) for test in tests))
-    label = f"Amplitude at the sensor [{letter}m]"
+    scale = prefix(max(float(test.amplitude.max()) for test in tests))
     alone = len(tests) == 1
-    frequency_label = "Frequency [Hz]" if alone else "Frequency relative to the first [%]"
-    upper = Panel(Axis(label, log=True), Axis(frequency_label))
-    lower = Panel(Axis(label, log=True), Axis("Damping ratio ζ [–]", log=True))
+    frequency = axis_of(hertz("Frequency"))
+    if not alone:
+        frequency = axis_of(dimensionless("Frequency relative to the first"), (0.01, "%"))
+    upper, lower = (
+        Panel(axis_of(_AT_SENSOR, scale, log=True), y)
+        for y in (frequency, axis_of(QUANTITIES["damping_ratio"], log=True))
+    )
     legend = []
     for index, test in enumerate(tests):
-        color, dash = COLORS[index % len(COLORS)], DASHES[index % len(DASHES)]
+        style = line_style(index)
         order = test.amplitude.argsort(kind="stable")
-        x, f = test.amplitude[order] / scale, test.frequency[order]
+        x, f = test.amplitude[order] / scale[0], test.frequency[order]
         for panel, y in (
             (upper, f if alone else 100.0 * f / f[0]),
             (lower, test.damping_ratio[order]),
         ):
-            panel.line(x, y, color, dash=dash)
-            panel.marks(x, y, color)
-        frequency = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
-        legend.append(Entry(f"{shorten(test.name, 40)}, {frequency}", color, dash, marker="o"))
+            panel.line(x, y, style.color, dash=style.dash)
+            panel.marks(x, y, style.color, marker=style.marker)
+        first = f"{f[0]:.5g} Hz" if math.isfinite(f[0]) else ""
+        legend.append(style.entry(f"{shorten(test.name, 40)}, {first}"))
     return stacked([upper, lower], 5.6, (1.0, 1.3), legend)

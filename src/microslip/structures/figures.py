@@ -7,31 +7,33 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats, whole_number
+from microslip._core.quantities import QUANTITIES, Quantity, hertz
 from microslip._core.units import prefix
-from microslip.figures.kit import force_prefix, length_prefix
-from microslip.figures.plot import COLORS, DASHED, Axis, Panel, Plot, stacked
+from microslip.figures.kit import axis_of, length_prefix, time_axis
+from microslip.figures.plot import COLORS, DASHED, Panel, Plot, stacked
 
 
 def modal_figure(curve: Any) -> Plot:
     """Plot frequency and damping ratio against the requested amplitudes."""
     solved = curve.amplitude[np.isfinite(curve.amplitude)]
-    unit, letter = prefix(float(solved.max()))
-    at_sensor = not np.array_equal(curve.amplitude, curve.modal_amplitude)
-    label = "Amplitude at the sensor [{}m]" if at_sensor else "Modal amplitude [{}m kg^½]"
+    scale = prefix(float(solved.max()))
+    quantity = Quantity("m", label="Amplitude at the sensor")
+    if np.array_equal(curve.amplitude, curve.modal_amplitude):
+        quantity = Quantity("m kg^½", label="Modal amplitude")
     panels = []
     for axis, values in (
-        (Axis("Frequency [Hz]"), curve.frequency),
-        (Axis("Damping ratio ζ of the mode", log=True), curve.damping_ratio),
+        (axis_of(hertz("Frequency")), curve.frequency),
+        (axis_of(QUANTITIES["damping_ratio"], log=True), curve.damping_ratio),
     ):
-        panel = Panel(Axis(label.format(letter), log=True, margin=0.02, unit=unit), axis)
-        panel.line(curve.amplitude / unit, values)
+        panel = Panel(axis_of(quantity, scale, log=True, margin=0.02), axis)
+        panel.line(curve.amplitude / scale[0], values)
         panels.append(panel)
     above = panels[0]
     above.note = (
         f"Mode {curve.index + 1}, dashed: with sticking joints, {curve.linear_frequency:.5g} Hz"
     )
     above.line(
-        curve.amplitude / unit, np.full_like(curve.amplitude, curve.linear_frequency),
+        curve.amplitude / scale[0], np.full_like(curve.amplitude, curve.linear_frequency),
         width=0.9, dash=DASHED,
     )  # fmt: skip
     return stacked(panels, 5.2, (1.0, 1.3))
@@ -48,12 +50,13 @@ def response_figure(response: Any, sensor: Floats | None) -> Plot:
     else:
         note = "at the sensor"
     amplitude = response.amplitude(sensor)
-    unit, letter = length_prefix(float(amplitude.max()))
+    scale = length_prefix(float(amplitude.max()))
     panel = Panel(
-        Axis("Frequency [Hz]", margin=0.0),
-        Axis(f"Amplitude of the fundamental [{letter}m]", unit=unit),
+        axis_of(hertz("Frequency"), margin=0.0),
+        axis_of(Quantity("m", label="Amplitude of the fundamental"), scale),
         note=f"Forced response, {note}",
     )
+    unit = panel.y.unit
     if not response.stable.all():
         panel.line(response.frequency, amplitude / unit, width=0.9, dash=DASHED)
         panel.note += "; dashed: not stable"
@@ -87,16 +90,15 @@ def ring_down_figure(motion: Any) -> Plot:
 
 
 def _in_time(time: Floats, displacement: Floats, note: str, lost: Floats) -> Plot:
-    t_unit, t_letter = prefix(float(time[-1])) if float(time[-1]) < 1.0 else (1.0, "")
-    x_unit, x_letter = length_prefix(float(np.abs(displacement).max()) or 1.0)
-    e_unit, e_letter = force_prefix(lost)
+    x_scale = length_prefix(float(np.abs(displacement).max()) or 1.0)
+    e_scale = prefix(float(np.abs(lost).max()))
     panels = []
-    for label, unit, values in (
-        (f"Displacement [{x_letter}m]", x_unit, displacement),
-        (f"Energy lost [{e_letter}J]", e_unit, lost),
+    for axis, values in (
+        (axis_of(QUANTITIES["displacement"], x_scale), displacement),
+        (axis_of(Quantity("J", label="Energy lost"), e_scale), lost),
     ):
-        panel = Panel(Axis(f"Time [{t_letter}s]", margin=0.0, unit=t_unit), Axis(label, unit=unit))
-        panel.line(time / t_unit, values / unit, width=0.9)
+        panel = Panel(time_axis(time), axis)
+        panel.line(time / panel.x.unit, values / axis.unit, width=0.9)
         panels.append(panel)
     panels[0].note = note
     return stacked(panels, 5.0, (1.5, 1.0))

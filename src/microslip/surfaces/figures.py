@@ -6,25 +6,25 @@ from typing import Any
 
 import numpy as np
 
+from microslip._core.quantities import Quantity
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import coarse, coloured, length_prefix
-from microslip.figures.plot import Axis, Panel, Pixels, Plot
+from microslip.figures.kit import axis_of, coarse, coloured, length_prefix, map_panel
+from microslip.figures.plot import Panel, Pixels, Plot
 
+HEIGHT = Quantity("m", label="Height above the mean")
 SHARE = 0.005
 """Fraction of the points beyond each end of the colour scale."""
 
 
 def trace_figure(scan: Any, title: str = "") -> Plot:
     """Return the figure of a profile."""
-    unit, letter = length_prefix(scan.size[0])
     heights = scan.heights - float(np.nanmean(scan.heights))
-    h_unit, h_letter = prefix(float(np.nanmax(np.abs(heights))))
     panel = Panel(
-        Axis(f"Position [{letter}m]", margin=0.0, unit=unit),
-        Axis(f"Height above the mean [{h_letter}m]", unit=h_unit),
+        axis_of(Quantity("m", label="Position"), length_prefix(scan.size[0]), margin=0.0),
+        axis_of(HEIGHT, prefix(float(np.nanmax(np.abs(heights))))),
     )
-    places = scan.pixel[0] / unit * np.arange(heights.size)
-    panel.line(places, heights / h_unit, width=0.9)
+    places = scan.pixel[0] / panel.x.unit * np.arange(heights.size)
+    panel.line(places, heights / panel.y.unit, width=0.9)
     return Plot([panel], 3.0, title)
 
 
@@ -64,12 +64,7 @@ def _page_height(scan: Any) -> float:
 
 
 def _map_panel(scan: Any) -> Panel:
-    unit, letter = length_prefix(max(scan.size))
-    dx, dy = (step / unit for step in scan.pixel)
+    scale = length_prefix(max(scan.size))
+    dx, dy = (step / scale[0] for step in scan.pixel)
     rows, columns = scan.heights.shape
-    return Panel(
-        Axis(f"x [{letter}m]", -0.5 * dx, (columns - 0.5) * dx, unit=unit),
-        Axis(f"y [{letter}m]", -0.5 * dy, (rows - 0.5) * dy, unit=unit),
-        equal=True,
-        grid=False,
-    )
+    return map_panel((-0.5 * dx, (columns - 0.5) * dx, -0.5 * dy, (rows - 0.5) * dy), scale)

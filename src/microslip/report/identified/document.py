@@ -32,11 +32,6 @@ KIND = "microslip-identification"
 _SCHEMA = 2
 
 CONFIDENCE_TEXT = f"{100.0 * CONFIDENCE:g} %"
-_COLUMNS = {
-    "force": Quantity("N", label="Force T"),
-    "dissipated_energy": Quantity("J", label="Energy of a cycle"),
-    "damping_ratio": Quantity("-", label="Damping ratio ζ"),
-}
 _METHOD = (
     "The settled cycles of each record are averaged; their scatter gives the noise. The force of "
     "any law that obeys Masing's rules is linear in its slider density, so all records are fitted "
@@ -213,7 +208,7 @@ def headline(data: Mapping[str, Any]) -> str:
     if curve["normal_load"] is not None:
         at += f" and {engineering(curve['normal_load'], 'N', 3, trim=True)}"
     energy, damping = (
-        _interval(curve[name], _COLUMNS[name], -1)
+        _interval(curve[name], QUANTITIES[name], -1)
         for name in ("dissipated_energy", "damping_ratio")
     )
     return f"At {at} the energy per cycle is {energy}, and ζ is {damping} ({data['of']})."
@@ -260,7 +255,8 @@ def _amplitudes(data: Mapping[str, Any]) -> Table:
         "normal_load": (QUANTITIES["normal_load"], [c["normal_load"] for c, _, _ in places]),
         "amplitude": (QUANTITIES["amplitude"]._replace(form="4"), [a for _, a, _ in places]),
     }
-    for name, quantity in _COLUMNS.items():
+    for name in SHOWN:
+        quantity = QUANTITIES[name]
         label = f"{quantity.label} ({CONFIDENCE_TEXT})"
         texts = [_interval(curve[name], quantity, at) for curve, _, at in places]
         columns[name] = Quantity("", label=label, symbol=quantity.label), texts
@@ -371,7 +367,7 @@ def curves_data(found: Identification) -> DataSet:
         "amplitude": (Quantity("m"), np.concatenate([table.amplitude for table in tables])),
     }
     for name in SHOWN:
-        label, unit = name.replace("_", " "), _COLUMNS[name].unit
+        label, unit = name.replace("_", " "), QUANTITIES[name].unit
         for key in Estimate._fields:
             values = [np.asarray(getattr(table.estimates[name], key), float) for table in tables]
             heading = label if key == "value" else f"{label} {key}"

@@ -7,18 +7,13 @@ from functools import partial
 
 import numpy as np
 
+from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import (
-    common_prefix,
-    evenly,
-    far_apart,
-    in_rows,
-)
+from microslip.figures.kit import axis_of, common_prefix, evenly, far_apart
 from microslip.figures.picture import Picture
 from microslip.figures.plot import (
     DASHED,
     THIN,
-    Axis,
     Floats,
     Guide,
     Panel,
@@ -26,9 +21,8 @@ from microslip.figures.plot import (
     stacked,
 )
 from microslip.report.predicted.curves import (
-    AmplitudeAxis,
     add_legend,
-    displacement_axis,
+    amplitude_panel,
     draw_curves,
     drawn_loads,
     energy_damping,
@@ -56,13 +50,12 @@ def loops(result: Prediction) -> Plot:
         far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
     )
     panels = [_loops_at(result, i, (largest_x, largest_y), over_amplitude) for i in indices]
-    heights = in_rows(panels, columns)
-    plot = Plot(
-        panels,
-        0.9 + (3.6 if columns == 1 else 2.5) * len(heights),
-        heights=heights,
-        widths=(1.0,) * columns,
-    )
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, columns)
+        panel.cell = (row, row, column, column)
+    rows = panels[-1].cell[0] + 1
+    height = 0.9 + (3.6 if columns == 1 else 2.5) * rows
+    plot = Plot(panels, height, heights=(1.0,) * rows, widths=(1.0,) * columns)
     return add_legend(plot, result, dashed=True)
 
 
@@ -77,22 +70,24 @@ def _loops_at(
     by_force = result.study.excitation.force_amplitudes is not None
     # Likewise for very different force limits.
     over_limit = far_apart(limits) and not by_force
-    x_unit, x_letter = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
-    y_unit, y_letter = _prefix(max(forces), largest[1])
-    panel = Panel(
-        Axis("Displacement / amplitude, δ/δₘ" if over_amplitude else f"Displacement [{x_letter}m]"),
-        Axis("Force / force limit, T/μN" if over_limit else f"Force [{y_letter}N]"),
-        title=f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}"
-        if by_force
-        else f"Amplitude {amplitudes[0] / x_unit:.6g} {x_letter}m",
-    )
+    x_scale = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
+    x = axis_of(QUANTITIES["displacement"], x_scale)
+    y = axis_of(QUANTITIES["force"], _prefix(max(forces), largest[1]))
+    if over_amplitude:
+        x = axis_of(dimensionless("Displacement over amplitude δ/δₘ"))
+    if over_limit:
+        y = axis_of(dimensionless("Force over force limit T/μN"))
+    note = f"Amplitude {amplitudes[0] / x_scale[0]:.6g} {x_scale[1]}m"
+    if by_force:
+        note = f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}"
+    panel = Panel(x, y, note)
     for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
         loop = result.loops[i][index]
-        x = loop.displacement / (amplitude if over_amplitude else x_unit)
+        across = loop.displacement / (amplitude if over_amplitude else x.unit)
+        unit = limit if over_limit else y.unit
         for band in _loop_bands(result, i, index):
-            y = band / (limit if over_limit else y_unit)
-            panel.line(x, y, look.color, width=0.6, dash=DASHED)
-        panel.line(x, loop.force / (limit if over_limit else y_unit), look.color, dash=look.dash)
+            panel.line(across, band / unit, look.color, width=0.6, dash=DASHED)
+        panel.line(across, loop.force / unit, look.color, dash=look.dash)
     panel.cross()
     return panel
 
@@ -121,32 +116,34 @@ def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float,
 
 def backbone(result: Prediction) -> Plot:
     """Plot the force, tangent stiffness and secant stiffness on first loading."""
-    axis = displacement_axis(result, "Displacement")
-    panels = [_force(result, axis), _stiffness(result, axis)]
+    panels = [_force(result), _stiffness(result)]
     return add_legend(stacked(panels, 7.4, (3.0, 2.0)), result)
 
 
-def _force(result: Prediction, axis: AmplitudeAxis) -> Panel:
+def _force(result: Prediction) -> Panel:
     loads = drawn_loads(result)
     limits = [result.joints[i].force_limit for i, _ in loads]
-    unit, letter = common_prefix(limits)
-    panel = axis.panel(
-        Axis(f"Force of first loading [{letter}N]", log=True),
+    panel = amplitude_panel(
+        result,
+        axis_of(QUANTITIES["force"], common_prefix(limits), log=True),
         "dashed: full stick, T = kₜ δ, and gross slip, T = μN",
+        QUANTITIES["displacement"],
     )
+    unit = panel.y.unit
     for (index, look), limit in zip(loads, limits, strict=True):
         joint, curve = result.joints[index], result.curves[index]
         stuck = joint.tangential_stiffness * curve.amplitude
         near = stuck < 6.0 * limit
-        panel.line(axis.of(curve)[near], stuck[near] / unit, look.color, width=THIN, dash=DASHED)
+        x = curve.amplitude[near] / panel.x.unit
+        panel.line(x, stuck[near] / unit, look.color, width=THIN, dash=DASHED)
         panel.add(Guide(limit / unit, "y", look.color))
-    forces = draw_curves(panel, result, axis, lambda curve: curve.force_amplitude / unit)
+    forces = draw_curves(panel, result, lambda curve: curve.force_amplitude / unit)
     if np.isfinite(forces).any():
         panel.y.low, panel.y.high = 0.5 * float(forces.min()), 3.0 * max(limits) / unit
     return panel
 
 
-def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
+def _stiffness(result: Prediction) -> Panel:
     loads = drawn_loads(result)
     # A law that is rigid at rest is scaled by its largest secant stiffness.
     at_rest = [
@@ -158,15 +155,18 @@ def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
     unit, letter = common_prefix(at_rest)
     log = far_apart(at_rest)
     low, high = (1e-3 * min(at_rest), 3.0 * max(at_rest)) if log else (0.0, 1.08 * max(at_rest))
-    panel = axis.panel(
-        Axis(f"Stiffness [{letter}N/m]", low / unit, high / unit, log),
+    ends = {"low": low / unit, "high": high / unit}
+    panel = amplitude_panel(
+        result,
+        axis_of(Quantity("N/m", label="Stiffness"), (unit, letter), log=log, **ends),
         "solid: tangent dT/dδ, dashed: secant T/δ",
+        QUANTITIES["displacement"],
     )
-    draw_curves(panel, result, axis, lambda curve: curve.tangent_stiffness / unit)
+    draw_curves(panel, result, lambda curve: curve.tangent_stiffness / unit)
     for index, look in loads:
         curve = result.curves[index]
-        secant = curve.secant_stiffness / unit
-        panel.line(axis.of(curve), secant, look.color, width=THIN, dash=DASHED)
+        x, secant = curve.amplitude / panel.x.unit, curve.secant_stiffness / unit
+        panel.line(x, secant, look.color, width=THIN, dash=DASHED)
     return panel
 
 
@@ -175,9 +175,9 @@ def _stiffness(result: Prediction, axis: AmplitudeAxis) -> Panel:
 
 def contact_state(result: Prediction) -> Plot:
     """Plot the sticking fraction of the contact area against displacement."""
-    axis = displacement_axis(result, "Displacement from rest")
-    panel = axis.panel(Axis("Sticking fraction of the contact area", 0.0, 1.05))
-    draw_curves(panel, result, axis, lambda curve: np.asarray(curve.stick_share))
+    sticking = axis_of(QUANTITIES["stick_share"], low=0.0, high=1.05)
+    panel = amplitude_panel(result, sticking, x=QUANTITIES["displacement"])
+    draw_curves(panel, result, lambda curve: np.asarray(curve.stick_share))
     return add_legend(stacked([panel], 4.0), result)
 
 

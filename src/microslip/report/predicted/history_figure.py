@@ -6,8 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import common_prefix, evenly, far_apart, length_prefix, line_style
+from microslip.figures.kit import (
+    axis_of,
+    common_prefix,
+    evenly,
+    far_apart,
+    length_prefix,
+    line_style,
+)
 from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
 from microslip.friction import PressedJoint
 from microslip.report.predicted.curves import add_legend, drawn_loads
@@ -16,17 +24,17 @@ from microslip.study.runs.prediction import Prediction
 MOST_DRAWN_SAMPLES = 20_000
 """Largest number of samples per load that is drawn in full."""
 _STRETCHES = 750
-_LABELS = {
-    "displacement": ("Displacement", "m"),
-    "force": ("Force", "N"),
-    "dissipated_energy": ("Dissipated energy", "J"),
+_QUANTITIES = {
+    "displacement": QUANTITIES["displacement"],
+    "force": QUANTITIES["force"],
+    "dissipated_energy": Quantity("J", label="Dissipated energy"),
 }
 _THIN_FROM = 3000
 
 
 def history(result: Prediction) -> Plot:
     """Plot displacement, force and dissipated energy over samples, and force over displacement."""
-    names = [*_LABELS]
+    names = [*_QUANTITIES]
     loads = drawn_loads(result)
     count = result.histories[0].force.size
     record = result.study.excitation.history
@@ -34,16 +42,10 @@ def history(result: Prediction) -> Plot:
     panels: dict[str, Panel] = {}
     for row, name in enumerate(names):
         columns[name], up = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
-        panels[name] = Panel(
-            Axis("Sample", integer=True, bare=row < len(names) - 1),
-            Axis(up),
-            cell=(row, row, 0, 0),
-        )
-    path_panel = Panel(
-        Axis(panels["displacement"].y.label),
-        Axis(panels["force"].y.label),
-        cell=(0, len(names) - 1, 1, 1),
-    )
+        along = Axis("Sample", integer=True, bare=row < len(names) - 1)
+        panels[name] = Panel(along, up, cell=(row, row, 0, 0))
+    ends = (0, len(names) - 1, 1, 1)
+    path_panel = Panel(panels["displacement"].y, panels["force"].y, cell=ends)
     # The given quantity is the same for all loads and is drawn in grey.
     common = record.quantity if record is not None and len(loads) > 1 else None
     if common is not None:
@@ -75,19 +77,19 @@ def history(result: Prediction) -> Plot:
     return add_legend(plot, result, dashed=True)
 
 
-def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], str]:
-    """Return a quantity of all loads, scaled for one axis, and the label of the axis.
+def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], Axis]:
+    """Return a quantity of all loads, scaled for one axis, and the axis.
 
     The curves share a unit. If their maxima differ by more than a factor of 50, each curve is
     divided by its maximum instead.
     """
-    label, symbol = _LABELS[name]
+    quantity = _QUANTITIES[name]
     sizes = [float(np.abs(column).max()) for column in values]
     if far_apart(sizes, 50.0):
         ratios = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
-        return ratios, f"{label} / largest"
-    unit, letter = length_prefix(max(sizes)) if symbol == "m" else prefix(max(sizes))
-    return [column / unit for column in values], f"{label} [{letter}{symbol}]"
+        return ratios, axis_of(dimensionless(f"{quantity.label} over largest"))
+    scale = length_prefix(max(sizes)) if quantity.unit == "m" else prefix(max(sizes))
+    return [column / scale[0] for column in values], axis_of(quantity, scale)
 
 
 def envelope(values: Floats) -> tuple[Floats, Floats]:
@@ -118,15 +120,16 @@ def pressure(result: Prediction) -> Plot:
     ]
     first = joints[0][0]
     places, axis = _places(first)
-    unit, letter = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
-    over = Panel(Axis(axis), Axis(f"Pressure [{letter}Pa]", 0.0))
+    scale = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
+    unit = scale[0]
+    over = Panel(axis, axis_of(Quantity("Pa", label="Pressure"), scale, low=0.0))
     for joint, look in joints:
         over.line(*_by_position(places, joint.pressures / unit), look.color, dash=look.dash)
         if joint.pressure.areas.size <= 1:
             over.marks(places, joint.pressures / unit, look.color, marker=look.marker)
     slip = Panel(
-        Axis(axis),
-        Axis("Local force over slip limit, T/μN", 0.0, 1.05),
+        axis,
+        axis_of(dimensionless("Local force over slip limit T/μN"), low=0.0, high=1.05),
         f"at displacements from rest, under {engineering(first.normal_load, 'N', 4, trim=True)}: "
         "1 slides",
     )
@@ -151,20 +154,22 @@ def pressure(result: Prediction) -> Plot:
     return plot
 
 
-def _places(joint: PressedJoint) -> tuple[Floats, str]:
-    """Return the abscissae of the areas of a pressure distribution, and the label of their axis.
+def _places(joint: PressedJoint) -> tuple[Floats, Axis]:
+    """Return the abscissae of the areas of a pressure distribution, and their axis.
 
     They are distances from the axis of symmetry or, without one, the cumulative area in order of
     decreasing pressure [%].
     """
     spread = joint.pressure
     if spread.distances is not None:
-        unit, letter = prefix(float(spread.distances.max()))
-        return spread.distances / unit, f"Distance from the axis [{letter}m]"
+        scale = prefix(float(spread.distances.max()))
+        distance = Quantity("m", label="Distance from the axis")
+        return spread.distances / scale[0], axis_of(distance, scale)
     order = np.argsort(-joint.pressures, kind="stable")
     reach = np.empty(order.size)
     reach[order] = np.cumsum(spread.areas[order]) - 0.5 * spread.areas[order]
-    return 100.0 * reach / spread.area, "Area in order of decreasing pressure [%]"
+    area = dimensionless("Area in order of decreasing pressure")
+    return 100.0 * reach / spread.area, axis_of(area, (0.01, "%"))
 
 
 def _by_position(places: Floats, values: Floats) -> tuple[Floats, Floats]:

@@ -8,23 +8,24 @@ from collections.abc import Iterable
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import Quantity
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import (
     EDGE,
     LineStyle,
+    axis_of,
     between,
     coarse,
     coloured,
     drawable,
-    edge_of,
     length_prefix,
+    map_panel,
     scale_of_colours,
     with_scale,
 )
 from microslip.figures.plot import (
     COLORS,
     DASHED,
-    Axis,
     Band,
     Entry,
     Guide,
@@ -34,7 +35,7 @@ from microslip.figures.plot import (
     Plot,
     beside,
 )
-from microslip.surfaces.figures import SHARE, trace_figure
+from microslip.surfaces.figures import HEIGHT, SHARE, trace_figure
 from microslip.surfaces.findings import Findings
 from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.summits import Summits
@@ -49,51 +50,37 @@ def height_plot(findings: Findings) -> Plot:
     if findings.scan.is_profile:
         return trace_figure(findings.scan, findings.title("Heights"))
     scan, summits = findings.scan, findings.summits
-    unit, letter = length_prefix(max(scan.size))
+    scale = length_prefix(max(scan.size))
+    unit = scale[0]
     heights = np.where(np.isnan(scan.unfiltered.heights), np.nan, scan.heights)
     low, high = np.nanquantile(heights, (SHARE, 1.0 - SHARE)).tolist()
     middle = float(np.nanmean(heights))
     rows, columns = _detail(scan, summits)
     dx, dy = (step / unit for step in scan.pixel)
-    map_panel, right = (
-        Panel(
-            Axis(f"x [{letter}m]"),
-            Axis(f"y [{letter}m]", bare=place == 1),
-            equal=True,
-            grid=False,
-            cell=(0, 0, place, place),
-        )
-        for place in (0, 1)
-    )
-    for panel, part, start in (
-        (map_panel, heights, (0, 0)),
-        (right, heights[rows, columns], (rows.start, columns.start)),
+    panels = []
+    for column, (part, start) in enumerate(
+        ((heights, (0, 0)), (heights[rows, columns], (rows.start, columns.start)))
     ):
         x, y = (start[1] - 0.5) * dx, (start[0] - 0.5) * dy
         ends = x, x + part.shape[1] * dx, y, y + part.shape[0] * dy
-        panel.x.low, panel.x.high, panel.y.low, panel.y.high = ends
-        panel.add(Pixels(coloured(coarse(part)[::-1], low, high), *ends))
-    frame = edge_of(*ends, _FRAME, 1.6)
-    map_panel.add(frame)
-    right.add(frame)
-    map_panel.note = _mark_highest(map_panel, summits, unit)
+        panels.append(map_panel(ends, scale, column))
+        panels[column].add(Pixels(coloured(coarse(part)[::-1], low, high), *ends))
+    left, right = panels
+    x, y = np.array(ends[:2])[[0, 1, 1, 0, 0]], np.array(ends[2:])[[0, 0, 1, 1, 0]]
+    for panel in panels:
+        panel.line(x, y, _FRAME, width=1.6)
+    left.note = _mark_highest(left, summits, unit)
     right.note = "The framed part"
     if summits is not None:
         right.note += ", every summit"
         _mark(right, summits.positions / unit, 5.0)
-    right.y.bare = False
     right.y.label = ""
     tall = scan.size[1] / scan.size[0]
     low, high = low - middle, high - middle
-    h_unit, h_letter = prefix(max(high, -low))
-    bar = scale_of_colours(
-        f"Height above the mean [{h_letter}m]",
-        low / h_unit,
-        high / h_unit,
-        coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0),
-        (1, 1, 0, 1),
-    )
-    plot = with_scale([map_panel, right], bar, min(max(3.3 * tall, 1.6), 7.0), 1.3, (1.0, 1.0))
+    axis = axis_of(HEIGHT, prefix(max(high, -low)))
+    axis.low, axis.high = low / axis.unit, high / axis.unit
+    bar = scale_of_colours(axis, coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0), (1, 1, 0, 1))
+    plot = with_scale(panels, bar, min(max(3.3 * tall, 1.6), 7.0), 1.3, (1.0, 1.0))
     plot.title = findings.title("Heights")
     return plot
 
@@ -141,7 +128,8 @@ def spectrum_plot(findings: Findings) -> Plot:
     """
     unfiltered_spectrum, filtered_spectrum = findings.whole_spectrum, findings.spectrum
     profile, cut = findings.scan.is_profile, findings.request.is_filtered
-    unit, letter = length_prefix(max(findings.scan.size), min(findings.scan.pixel))
+    scale = length_prefix(max(findings.scan.size), min(findings.scan.pixel))
+    unit, wavelength = scale[0], Quantity("m", label="Wavelength")
     under = (_UNDER, 2.4) if cut else (COLORS[0], 1.4)
     panels: list[Panel] = []
     legend: list[Entry] = []
@@ -155,7 +143,8 @@ def spectrum_plot(findings: Findings) -> Plot:
                 _line(filtered_spectrum.wavelength / unit, filtered_spectrum.density / _MICRO**4)
             )
             legend.append(Entry("cut off", COLORS[0]))
-        panel = Panel(_wavelength(letter), Axis("Density C [µm⁴]", log=True))
+        density_axis = axis_of(Quantity("m^4", label="Density C"), (_MICRO**4, "µ"), log=True)
+        panel = Panel(axis_of(wavelength, scale, log=True), density_axis)
         panel.note = "Mean of all directions"
         error = np.minimum(unfiltered_spectrum.relative_error, 0.9)
         panel.add(between(x, density * (1.0 + error), density * (1.0 - error), _SCATTER))
@@ -170,7 +159,8 @@ def spectrum_plot(findings: Findings) -> Plot:
     for name, part, (color, dash, _) in zip(names, filtered_spectrum.axes, _ALONG, strict=False):
         after.append(_line(part.wavelength / unit, part.density / _MICRO**3, color, 1.4, dash))
         legend.append(Entry(name, color, dash))
-    panel = Panel(_wavelength(letter), Axis("Density of profiles [µm³]", log=True))
+    density_axis = axis_of(Quantity("m^3", label="Density of profiles"), (_MICRO**3, "µ"), log=True)
+    panel = Panel(axis_of(wavelength, scale, log=True), density_axis)
     panel.note = "Along the profile" if profile else "Along the axes"
     panel.note += ", in grey before the cut-off" if cut else ""
     _fill(panel, findings, unit, before if cut else [], after, before)
@@ -183,10 +173,6 @@ def spectrum_plot(findings: Findings) -> Plot:
     if bounds:
         legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", EDGE))
     return beside(panels, 4.1, findings.title("Power spectrum"), legend)
-
-
-def _wavelength(letter: str) -> Axis:
-    return Axis(f"Wavelength [{letter}m]", log=True)
 
 
 def _line(

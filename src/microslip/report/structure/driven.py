@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, json_value, named
+from microslip._core.quantities import Quantity, hertz, json_value, named
 from microslip._core.units import engineering, prefix
-from microslip.figures.kit import between, line_style
-from microslip.figures.plot import Axis, Entry, Panel, Plot, stacked
+from microslip.figures.kit import axis_of, between, line_style, pale
+from microslip.figures.plot import Entry, Panel, Plot, stacked
 from microslip.report.document import Note, Section, Table
-from microslip.report.structure.pictures import PALE
+from microslip.report.structure.pictures import AT_SENSOR, BAND
 from microslip.study.runs.structure_prediction import (
     ForcedMode,
     StructurePrediction,
@@ -123,22 +123,23 @@ def force_section(prediction: StructurePrediction) -> Section:
 
 def force_plot(prediction: StructurePrediction) -> Plot:
     """Plot the amplitude at the sensor against the frequency of the force, one panel per mode."""
-    si = prediction.part.unit.replace("^2", "²")
+    at_sensor = Quantity(prediction.part.unit, label=AT_SENSOR)
     panels, legend = [], []
     for mode in prediction.modes:
         highest = [forced.response for forced in mode.forced]
         highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
-        unit, letter = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)) or 1.0)
+        scale = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)))
+        unit = scale[0]
         panel = Panel(
-            Axis("Frequency of the force [Hz]", margin=0.0),
-            Axis(f"Amplitude at the sensor [{letter}{si}]", log=True),
+            axis_of(hertz("Frequency of the force"), margin=0.0),
+            axis_of(at_sensor, scale, log=True),
             note=f"Mode {mode.number}",
         )
         for index, forced in enumerate(mode.forced):
             if forced.bands is not None:
                 low, high = forced.bands[[0, 2]] / unit
-                pale = PALE[index % len(PALE)]
-                panel.add(between(forced.frequency, low, high, pale))
+                color = pale(line_style(index).color, BAND)
+                panel.add(between(forced.frequency, low, high, color))
         for index, forced in enumerate(mode.forced):
             look = line_style(index)
             panel.line(forced.frequency, forced.response / unit, look.color, dash=look.dash)

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip._core.units import prefix
-from microslip.figures.kit import between, box, line_style, scale_of_colours, with_scale
+from microslip.figures.kit import (
+    axis_of,
+    between,
+    box,
+    line_style,
+    pale,
+    scale_of_colours,
+    with_scale,
+)
 from microslip.figures.plot import (
     COLORS,
     DOTTED,
@@ -24,15 +35,17 @@ from microslip.structures.periodic_motion import POWERS
 from microslip.study.runs.structure_prediction import Mode, StructurePrediction
 
 _LIGHT, _DARK = np.array([240.0, 244.0, 248.0]), np.array([0.0, 76.0, 130.0])
-_POSTERIOR = ("#b8b8b8", "#9dc6e2", "#eebd98", "#9cd3bd", "#e0b9cf", "#f0d689")  # of fitted curves
-PALE = ("#dddddd", "#cfe3f1", "#f6dccb", "#cfe9df", "#f0dce8", "#f8ebcc")
+BAND, _POSTERIOR = 0.2, 0.4
+"""Strengths of the colours of bands, and of the narrower bands of curves fitted to tests."""
+AT_SENSOR = "Amplitude at the sensor"
+_MILLI = (1e-3, "m")
 
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
     """Plot frequency change relative to the linear frequency, and damping ratio."""
-    unit, letter = prefix(float(prediction.modes[0].curve.amplitude[-1]))
-    quantity = prediction.part.quantity
-    si = prediction.part.unit.replace("^2", "²")
+    scale = prefix(float(prediction.modes[0].curve.amplitude[-1]))
+    unit, quantity = scale[0], prediction.part.quantity
+    at_sensor = Quantity(prediction.part.unit, label=AT_SENSOR)
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
         """Convert displacement amplitudes to the sensor's quantity, in the unit of the axis."""
@@ -40,8 +53,11 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
 
     upper, lower = (
-        Panel(Axis(f"Amplitude at the sensor [{letter}{si}]", log=True, margin=0.0), axis)
-        for axis in (Axis("Frequency change [%]"), Axis("Damping ratio ζ [–]", log=True))
+        Panel(axis_of(at_sensor, scale, log=True, margin=0.0), axis)
+        for axis in (
+            axis_of(dimensionless("Frequency change"), (0.01, "%")),
+            axis_of(QUANTITIES["damping_ratio"], log=True),
+        )
     )
     panels = ((upper, "frequency"), (lower, "damping_ratio"))
 
@@ -58,7 +74,7 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         for panel, name in panels if mode.bands is not None else ():
             low, high = (values(mode, mode.bands, name, end) for end in (0, -1))
             x = mode.curve.amplitude / unit
-            panel.add(between(x, low, high, PALE[index % len(PALE)]))
+            panel.add(between(x, low, high, pale(line_style(index).color, BAND)))
             for edge in (low, high):
                 panel.line(x, edge, line_style(index).color, width=0.6, dash=DOTTED)
     # The band that tests leave for the fitted curves, over the band of the uncertain inputs.
@@ -72,7 +88,8 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
     for index, order, curve, band in fitted:
         for (panel, name), ends in zip(panels, band[:, :, order], strict=True):
             low, high = (scaled(prediction.modes[index], end, name) for end in ends)
-            panel.add(between(sensed(curve)[order], low, high, _POSTERIOR[index % len(_POSTERIOR)]))
+            color = pale(line_style(index).color, _POSTERIOR)
+            panel.add(between(sensed(curve)[order], low, high, color))
     legend = []
     for index, mode in enumerate(prediction.modes):
         color, x = line_style(index).color, mode.curve.amplitude / unit
@@ -101,29 +118,27 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
 
 def pressure_plot(prediction: StructurePrediction) -> Plot:
     """Plot the contact pressures of the patches after tightening."""
-    scale, letter = prefix(float(prediction.state.pressures.max()))
-    return _maps(prediction, [("", prediction.state.pressures / scale)], f"Pressure [{letter}Pa]")
+    pressures = prediction.state.pressures
+    scale = prefix(float(pressures.max()))
+    return _maps(prediction, [("", pressures)], axis_of(Quantity("Pa", label="Pressure"), scale))
 
 
 def slip_plot(prediction: StructurePrediction) -> Plot:
     """Plot the tangential amplitude between the faces of each patch."""
     slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
-    scale, letter = prefix(max(float(slip.max()) for _, slip in slips))
-    return _maps(
-        prediction,
-        [(name, slip / scale) for name, slip in slips],
-        f"Relative amplitude [{letter}m]",
-    )
+    scale = prefix(max(float(slip.max()) for _, slip in slips))
+    return _maps(prediction, slips, axis_of(Quantity("m", label="Relative amplitude"), scale))
 
 
 def loss_plot(prediction: StructurePrediction) -> Plot:
     """Plot the fraction of the dissipated energy in each patch."""
-    losses = [(f"Mode {mode.number}", 100.0 * mode.loss()) for mode in prediction.modes]
-    return _maps(prediction, losses, "Fraction of the loss [%]")
+    losses = [(f"Mode {mode.number}", mode.loss()) for mode in prediction.modes]
+    axis = axis_of(dimensionless("Fraction of the loss"), (0.01, "%"))
+    return _maps(prediction, losses, axis)
 
 
-def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label: str) -> Plot:
-    """Plot values of the patches in plan view with the bolts, on a common colour scale."""
+def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], colours: Axis) -> Plot:
+    """Plot values [SI] of the patches in plan view with the bolts, on a common colour scale."""
     joint = prediction.joint
     largest = max(float(values.max()) for _, values in maps) or 1.0
     contacts = np.unique(joint.patch_contacts)
@@ -137,17 +152,15 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label
         if len(contacts) > 1:
             title = f"{title}, contact {contact + 1}".removeprefix(", ")
         panel = Panel(
-            Axis("Along the lap [mm]", boxes[here, 0].min(), boxes[here, 1].max(), bare=not last),
-            Axis("Across [mm]", boxes[here, 2].min(), boxes[here, 3].max()),
+            _in_space("Along the lap", boxes[here, 0].min(), boxes[here, 1].max(), bare=not last),
+            _in_space("Across", boxes[here, 2].min(), boxes[here, 3].max()),
             note=title,
             grid=False,
             equal=True,
             cell=(row, row, 0, 0),
         )
         for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
-            share = min(max(value / largest, 0.0), 1.0)
-            red, green, blue = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(int)
-            panel.add(box(x0, x1, y0, y1, f"#{red:02x}{green:02x}{blue:02x}"))
+            panel.add(box(x0, x1, y0, y1, _blend(min(max(value / largest, 0.0), 1.0))))
         for x, y, diameter, number in prediction.part.holes:
             if number == contact:
                 circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])
@@ -155,14 +168,15 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], label
         panels.append(panel)
     wide = np.ptp(boxes[:, 2:]) / np.ptp(boxes[:, :2])
     high = min(max(6.0 * float(wide), 1.2), 3.5)
-    bar = scale_of_colours(label, 0.0, largest, _ramp(), (len(rows), len(rows), 0, 0))
+    share = np.linspace(0.0, 1.0, 256)[None, :, None]
+    ramp = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(np.uint8)
+    colours.low, colours.high = 0.0, largest / colours.unit
+    bar = scale_of_colours(colours, ramp, (len(rows), len(rows), 0, 0))
     return with_scale(panels, bar, high, 1.4)
 
 
-def _ramp() -> NDArray[np.uint8]:
-    share = np.linspace(0.0, 1.0, 256)[None, :, None]
-    ramp: NDArray[np.uint8] = np.rint(_LIGHT + share * (_DARK - _LIGHT)).astype(np.uint8)
-    return ramp
+def _in_space(label: str, low: float | None = None, high: float | None = None, **look: Any) -> Axis:
+    return axis_of(Quantity("m", label=label), _MILLI, low=low, high=high, **look)
 
 
 def shape_plot(prediction: StructurePrediction) -> Plot:
@@ -207,8 +221,8 @@ def _shape(prediction: StructurePrediction, mode: Mode) -> Panel:
     scale = 0.08 * size / float(abs(motion).max())
     grown = points + scale * motion
     panel = Panel(
-        Axis("Along [mm]"),
-        Axis("Up [mm]" if up == second else "Across [mm]"),
+        _in_space("Along"),
+        _in_space("Up" if up == second else "Across"),
         note=_shape_note(mode, scale),
         equal=True,
         grid=False,
@@ -241,8 +255,8 @@ def _isometric(points: Floats, motion: Floats, facets: NDArray[np.int32], mode: 
     flat = 1e3 * grown @ view.T
     share = moved[facets].mean(axis=1) / moved.max()
     panel = Panel(
-        Axis("Isometric view [mm]"),
-        Axis(""),
+        _in_space("Isometric view"),
+        Axis(),
         note=_shape_note(mode, scale),
         equal=True,
         grid=False,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from studies import AMPLITUDES, LOADS, edited
 
 import microslip as ms
-from microslip.figures.kit import linear, logarithmic
+from microslip.figures.kit import envelope, linear, logarithmic
 from microslip.figures.layout import SMALL, TEXT, TITLE, PanelFrame, lay_out, text_width
 from microslip.figures.matplotlib_figure import STYLE, to_matplotlib
 from microslip.figures.plot import (
@@ -26,7 +26,7 @@ from microslip.figures.plot import (
 from microslip.figures.svg import svg
 from microslip.report.predicted import figures
 from microslip.report.predicted.figures import prediction_pictures
-from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES, envelope
+from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES
 
 PICTURES = ('["csv"]', '["svg", "png"]')
 
@@ -170,10 +170,10 @@ def test_ticks_are_round_numbers_that_say_where_they_stand() -> None:
 def test_the_envelope_of_a_long_record_has_all_its_extremes(size: int) -> None:
     values = np.random.default_rng(0).normal(size=size)
     values[size // 3], values[-1] = 50.0, -60.0
-    places, drawn = envelope(values)
+    places = envelope(values)
+    drawn = values[places]
     assert drawn.size < 4000
     assert (np.diff(places) >= 0.0).all()
-    np.testing.assert_array_equal(values[places.astype(int)], drawn)
     assert drawn.max() == 50.0
     assert drawn.min() == -60.0
     width = size // 500

@@ -113,9 +113,8 @@ class DataSet(Mapping[str, Variable]):
     def csv_lines(self, columns: Mapping[str, str], dims: tuple[str, ...]) -> Iterator[str]:
         """Yield the parts of a CSV table, the header first.
 
-        ``columns`` maps the heading of each column to
-        the name of its variable. There is one row per point along ``dims``, of which the first
-        varies slowest. Numbers have the fewest digits from which they can be restored exactly.
+        ``columns`` maps headings to names of variables. There is one row per point along ``dims``,
+        the first varying slowest. Numbers have the fewest digits that restore them exactly.
         """
         yield ",".join(map(self._heading, columns, columns.values())) + "\n"
         arrays = [self.spread(name, dims) for name in columns.values()]

@@ -49,8 +49,8 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
 
     If no cycles are found, the entry "no_cycles" is the reason, as text from ``say(error)``.
     """
+    from microslip.figures.kit import envelope
     from microslip.laboratory import measure
-    from microslip.laboratory.figures import envelope
 
     time = record.seconds
     has_time = time is not None
@@ -63,11 +63,12 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
         "samples": len(record),
         "has_time": has_time,
         "notes": list(map(str, record.notes)),
-        "displacement": [along.tolist() for along in envelope(time, record.displacement)],
-        "force": [along.tolist() for along in envelope(time, record.force)],
         "path": [record.displacement[::every].tolist(), record.force[::every].tolist()],
         "cycles": [],
     }
+    for name in ("displacement", "force"):
+        drawn = envelope(values := getattr(record, name))
+        view[name] = [time[drawn].tolist(), values[drawn].tolist()]
     try:
         starts = measure(record).cycles["start"].astype(int)
         view["cycles"] = [float(time[min(start, time.size - 1)]) for start in starts[:400]]

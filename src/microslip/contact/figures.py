@@ -72,7 +72,7 @@ def load_panel(law: Any) -> tuple[Panel, Sequence[Entry]]:
     step = step - step[0]
     beyond = f"Separation beyond that at {engineering(float(pressures[0]), 'Pa')}"
     panel = Panel(
-        axis_of(Quantity("m", label=beyond), length_prefix(float(step[-1]))),
+        axis_of(Quantity("m", label=beyond), float(step[-1])),
         axis_of(Quantity("Pa", label="Pressure"), scale, log=True),
     )
     length, unit = panel.x.unit, panel.y.unit

@@ -45,17 +45,38 @@ def common_prefix(values: Sequence[float]) -> tuple[float, str]:
     return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
 
 
+def envelope(values: Floats, blocks: int = 1500) -> NDArray[np.intp]:
+    """Return the indices of the samples of a record that are drawn.
+
+    Of a long record, these are the smallest and the largest value of each of many blocks.
+    """
+    width = -(-values.size // blocks)
+    if width <= 2:
+        return np.arange(values.size)
+    whole = values.size // width * width
+    rows = values[:whole].reshape(-1, width)
+    ends = np.sort(np.stack([rows.argmin(axis=1), rows.argmax(axis=1)]), axis=0)
+    places = (ends + np.arange(0, whole, width)).T.ravel()
+    return np.concatenate(([0], places, np.arange(whole, values.size)))
+
+
 def far_apart(values: Sequence[float], factor: float = 20.0) -> bool:
     """Return True if positive values span more than a factor, too much for a linear axis."""
     return max(values) > factor * min(values)
 
 
-def axis_of(quantity: Quantity, scale: tuple[float, str] = (1.0, ""), **options: Any) -> Axis:
+def axis_of(
+    quantity: Quantity, scale: float | tuple[float, str] = (1.0, ""), **options: Any
+) -> Axis:
     """Return the axis of a quantity, with its label and unit: "Force [kN]".
 
     ``scale`` is the divisor of the values, which are in SI units, and the prefix of the unit:
-    (1e3, "k"), or (0.01, "%") for a dimensionless quantity. ``options`` are fields of the axis.
+    (1e3, "k"), or (0.01, "%") for a dimensionless quantity; a number is the largest value, for
+    which a prefix is chosen. ``options`` are fields of the axis.
     """
+    if not isinstance(scale, tuple):
+        is_length = quantity.unit == "m"
+        scale = (length_prefix if is_length else prefix)(scale if quantity.unit != "-" else 0.0)
     factor, letter = scale
     unit = re.sub(r"\^(\d)", lambda power: power[1].translate(_SUPERSCRIPTS), quantity.unit)
     unit = letter or "–" if unit == "-" else f"{letter}{unit}"

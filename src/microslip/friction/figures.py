@@ -10,19 +10,15 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.quantities import QUANTITIES
-from microslip._core.units import prefix
-from microslip.figures.kit import axis_of, length_prefix
+from microslip.figures.kit import axis_of
 from microslip.figures.plot import DASHED, THIN, Guide, Panel, Plot
 
+_SAME = "secant_stiffness", "dissipated_energy", "loss_factor", "damping_ratio"
 _QUANTITIES = {
     "backbone": QUANTITIES["force"],
     "backbone_stiffness": QUANTITIES["tangent_stiffness"],
-    **{
-        name: QUANTITIES[name]
-        for name in ("secant_stiffness", "dissipated_energy", "loss_factor", "damping_ratio",
-                     "dissipation_exponent")
-    },
-}  # fmt: skip
+    **{name: QUANTITIES[name] for name in (*_SAME, "dissipation_exponent")},
+}
 _POINTS = 241
 _RIGID = (1e-9, 1e-4)  # amplitudes [m] of a law without slip scale
 
@@ -35,14 +31,12 @@ def law_figure(law: Any, quantity: Any, amplitudes: Any) -> Plot:
     a = _amplitudes(law) if amplitudes is None else np.sort(law._amplitudes(amplitudes, None))
     a = a.reshape(-1)
     values = np.asarray(getattr(law, quantity)(a), dtype=float)
-    drawn = _QUANTITIES[quantity]
     largest = float(values[np.isfinite(values)].max(initial=0.0))
-    scale = prefix(largest) if drawn.unit != "-" else (1.0, "")
     log = quantity != "dissipation_exponent" and bool((values > 0.0).any())
     across = QUANTITIES["displacement" if quantity.startswith("backbone") else "amplitude"]
     panel = Panel(
-        axis_of(across, length_prefix(float(a.max())), log=True, margin=0.0),
-        axis_of(drawn, scale, log=log),
+        axis_of(across, float(a.max()), log=True, margin=0.0),
+        axis_of(_QUANTITIES[quantity], largest, log=log),
     )
     x_unit, unit = panel.x.unit, panel.y.unit
     panel.line(a / x_unit, values / unit)

@@ -122,15 +122,12 @@ class Loop(Locked, Plottable):
 
     def _figure(self) -> Plot:
         from microslip._core.quantities import QUANTITIES
-        from microslip._core.units import prefix
-        from microslip.figures.kit import axis_of, length_prefix
+        from microslip.figures.kit import axis_of
         from microslip.figures.plot import Panel, Plot
 
         panel = Panel(
-            axis_of(
-                QUANTITIES["displacement"], length_prefix(float(np.abs(self.displacement).max()))
-            ),
-            axis_of(QUANTITIES["force"], prefix(float(np.abs(self.force).max()))),
+            axis_of(QUANTITIES["displacement"], float(np.abs(self.displacement).max())),
+            axis_of(QUANTITIES["force"], float(np.abs(self.force).max())),
         )
         panel.line(self.displacement / panel.x.unit, self.force / panel.y.unit)
         panel.cross()

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.quantities import QUANTITIES, dimensionless
-from microslip._core.units import engineering, prefix
-from microslip.figures.kit import axis_of, between, drawable, evenly, length_prefix, pale
+from microslip._core.units import engineering
+from microslip.figures.kit import axis_of, between, drawable, evenly, pale
 from microslip.figures.picture import Picture
 from microslip.figures.plot import (
     COLORS,
-    Axis,
     Band,
     Entry,
     Guide,
@@ -70,17 +69,13 @@ def law(result: Any) -> Plot:
     """Plot force, energy and damping ratio against amplitude, with intervals."""
     tables = curves_of(result)
     drawn = [tables[i] for i in evenly(len(tables), _MOST_PANELS)]
-    scale = length_prefix(max(float(table.amplitude[-1]) for table in drawn))
-    unit = scale[0]
-    panels = [
-        Panel(
-            axis_of(QUANTITIES["amplitude"], scale, log=True),
-            axis_of(
-                QUANTITIES[name], **({"log": True} if name == "dissipated_energy" else {"low": 0.0})
-            ),
-        )
-        for name in SHOWN
-    ]
+    largest = max(float(table.amplitude[-1]) for table in drawn)
+    panels = []
+    for name in SHOWN:
+        across = axis_of(QUANTITIES["amplitude"], largest, log=True)
+        ends = {"log": True} if name == "dissipated_energy" else {"low": 0.0}
+        panels.append(Panel(across, axis_of(QUANTITIES[name], **ends)))
+    unit = panels[0].x.unit
     for table, color in zip(drawn, COLORS[1:], strict=False):
         x = table.amplitude / unit
         for panel, name in zip(panels, SHOWN, strict=True):
@@ -124,11 +119,9 @@ def loops(result: Any) -> Plot:
     panel_groups = [groups[i] for i in evenly(len(groups), _MOST_PANELS)]
     columns = min(len(panel_groups), 3)
     rows = math.ceil(len(panel_groups) / columns)
-    x_scale = length_prefix(
-        max(float(np.abs(c.displacement - c.displacement.mean()).max()) for c in cycles)
-    )
-    f_scale = prefix(max(float(np.abs(c.measured).max()) for c in cycles))
-    x_unit, f_unit = x_scale[0], f_scale[0]
+    centred = [c.displacement - c.displacement.mean() for c in cycles]
+    longest = max(float(np.abs(displacement).max()) for displacement in centred)
+    strongest = max(float(np.abs(c.measured).max()) for c in cycles)
     largest_residual = max(float(np.abs(c.residual).max()) / _noise(c) for c in cycles)
     # Of what is left only the size counts: two marks about zero, of a round number.
     rounded = (m * 10.0**e for e in range(12) for m in (1.0, 2.0, 5.0))
@@ -139,19 +132,20 @@ def loops(result: Any) -> Plot:
         row, column = 2 * (index // columns), index % columns
         named = len(panel_groups) > 1 or group[0].normal_load is not None
         above = Panel(
-            Axis(bare=True, unit=x_unit),
-            axis_of(QUANTITIES["force"], f_scale, high=_upper_end(group, f_unit)),
+            axis_of(QUANTITIES["displacement"], longest, bare=True),
+            axis_of(QUANTITIES["force"], strongest),
             note=name if named else "",
             cell=(row, row, column, column),
         )
+        above.y.high = _upper_end(group, above.y.unit)
         below = Panel(
-            axis_of(QUANTITIES["displacement"], x_scale),
+            axis_of(QUANTITIES["displacement"], longest),
             axis_of(dimensionless("Over noise"), ticks=ticks),
             cell=(row + 1, row + 1, column, column),
         )
         if column > 0:
             above.y.label = below.y.label = ""
-        _draw_pair(above, below, group, x_unit, f_unit)
+        _draw_pair(above, below, group)
         panels += [above, below]
     left_out = len(groups) - len(panel_groups)
     return Plot(
@@ -179,9 +173,8 @@ def _upper_end(group: Sequence[RecordFit], unit: float) -> float:
     return (high + (0.06 + 0.11 * lines) * (high - low)) / unit
 
 
-def _draw_pair(
-    above: Panel, below: Panel, group: Sequence[RecordFit], x_unit: float, f_unit: float
-) -> None:
+def _draw_pair(above: Panel, below: Panel, group: Sequence[RecordFit]) -> None:
+    x_unit, f_unit = above.x.unit, above.y.unit
     below.add(Band(-2.0, 2.0, "y"))
     dot_count = max(MOST_DOTS // len(group), 40)
     hues = COLORS[1:]

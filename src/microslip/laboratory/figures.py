@@ -8,16 +8,9 @@ from typing import Any
 import numpy as np
 
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering
 from microslip._core.wording import shorten
-from microslip.figures.kit import (
-    axis_of,
-    evenly,
-    far_apart,
-    length_prefix,
-    line_style,
-    time_axis,
-)
+from microslip.figures.kit import axis_of, envelope, evenly, far_apart, line_style, time_axis
 from microslip.figures.plot import COLORS, Axis, Panel, Plot, stacked
 
 MOST_LOOPS = 6
@@ -29,44 +22,39 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     """Draw mean loops (force over load if all records have a load) and the energy of each cycle."""
     drawn_records = [measurements[i] for i in evenly(len(measurements), MOST_LOOPS)]
     normalised = all("normal_load" in measured.mean for measured in drawn_records)
-    x_scale = length_prefix(max(m.mean["amplitude"].value for m in drawn_records))
-    forces = axis_of(dimensionless("Force over normal load T/N"))
-    if not normalised:
-        largest = max(m.mean["force_amplitude"].value for m in drawn_records)
-        forces = axis_of(QUANTITIES["force"], prefix(largest))
+    length, largest = (
+        max(m.mean[name].value for m in drawn_records) for name in ("amplitude", "force_amplitude")
+    )
+    force = dimensionless("Force over normal load T/N") if normalised else QUANTITIES["force"]
     energies = np.concatenate([m.cycles["dissipated_energy"] for m in drawn_records])
-    e_scale = prefix(float(np.abs(energies).max()))
-    e_unit = e_scale[0]
     usual = [m.mean["dissipated_energy"].value for m in drawn_records]
     is_wide = min(float(energies.min()), min(usual)) > 0.0 and far_apart(usual, _DECADES)
     loop_panel = Panel(
-        axis_of(QUANTITIES["displacement"], x_scale),
-        forces,
+        axis_of(QUANTITIES["displacement"], length),
+        axis_of(force, largest),
         note="Mean cycles without offsets",
         cell=(0, 0, 0, 0),
     )
     right = Panel(
         Axis("Cycle", integer=True),
-        axis_of(
-            QUANTITIES["dissipated_energy"],
-            e_scale,
-            low=None if is_wide else min(0.0, 1.1 * float(energies.min()) / e_unit),
-            high=None if is_wide else max(0.0, 1.1 * float(energies.max()) / e_unit) or None,
-            log=is_wide,
-        ),
+        axis_of(QUANTITIES["dissipated_energy"], float(np.abs(energies).max()), log=is_wide),
         note="Each cycle",
         cell=(0, 0, 1, 1),
     )
+    e_unit = right.y.unit
+    if not is_wide:
+        right.y.low = min(0.0, 1.1 * float(energies.min()) / e_unit)
+        right.y.high = max(0.0, 1.1 * float(energies.max()) / e_unit) or None
     loop_panel.cross()
     legend = []
     for i, measured in enumerate(drawn_records):
         style = line_style(i)
         color, dash = style.color, style.dash
-        x, force = measured.loop
+        x, forces = measured.loop
         x = x - measured.mean["displacement_offset"].value
-        force = force - measured.mean["force_offset"].value
-        scale = measured.mean["normal_load"].value if normalised else forces.unit
-        loop_panel.line(x / x_scale[0], force / scale, color, dash=dash)
+        forces = forces - measured.mean["force_offset"].value
+        unit = measured.mean["normal_load"].value if normalised else loop_panel.y.unit
+        loop_panel.line(x / loop_panel.x.unit, forces / unit, color, dash=dash)
         energy = measured.cycles["dissipated_energy"] / e_unit
         places = np.arange(1, energy.size + 1)
         if energy.size == 1:
@@ -87,21 +75,6 @@ def measured_loops(measurements: Sequence[Any]) -> Plot:
     )
 
 
-_BLOCKS = 1500  # across the width of a figure; longer records show the range of each block
-
-
-def envelope(time: Any, values: Any) -> tuple[Any, Any]:
-    """Return the range of each block of a long record as a line through both ends, for drawing."""
-    size = -(-len(values) // _BLOCKS)
-    if size <= 2:
-        return time, values
-    starts = np.arange(0, len(values), size)
-    low, high = (f.reduceat(values, starts) for f in (np.minimum, np.maximum))
-    rising = np.r_[values[starts[1:]], values[-1]] >= values[starts]
-    first, second = np.where(rising, low, high), np.where(rising, high, low)
-    return np.repeat(time[starts], 2), np.stack((first, second), axis=1).ravel()
-
-
 def record_figure(record: Any) -> Plot:
     """Draw displacement, force and load against time, or sample number if there is no time."""
     time = record.seconds
@@ -114,13 +87,11 @@ def record_figure(record: Any) -> Plot:
         values = np.asarray(getattr(record, name))
         if values.ndim != 1:
             continue
-        largest = float(np.abs(values).max())
-        scale = length_prefix(largest or 1.0) if name == "displacement" else prefix(largest)
         across = Axis("Sample", margin=0.0) if time is None else time_axis(time)
-        panel = Panel(across, axis_of(quantity, scale))
-        places = np.arange(float(values.size)) if time is None else time
-        x, y = envelope(places, values)
-        panel.line(x / across.unit, y / scale[0], width=0.9)
+        panel = Panel(across, axis_of(quantity, float(np.abs(values).max())))
+        drawn = envelope(values)
+        x = drawn if time is None else time[drawn]
+        panel.line(x / across.unit, values[drawn] / panel.y.unit, width=0.9)
         panels.append(panel)
     panels[0].note = shorten(record.name, 60)
     return stacked(panels, 0.9 + 1.8 * len(panels), (1.0,) * len(panels))
@@ -128,14 +99,13 @@ def record_figure(record: Any) -> Plot:
 
 def worn(wear: Any) -> Plot:
     """Draw worn volume against dissipated energy, with the line of the wear coefficient."""
-    scale = prefix(float(wear.energy.max()))
-    unit = scale[0]
+    largest = float(wear.energy.max())
     panel = Panel(
-        axis_of(Quantity("J", label="Dissipated energy"), scale, low=0.0),
+        axis_of(Quantity("J", label="Dissipated energy"), largest, low=0.0),
         axis_of(Quantity("m^3", label="Worn volume"), (1e-9, "m"), low=0.0),
         note=f"α = {1e18 * wear.coefficient.value:.3g} µm³/J",
     )
-    x = np.array([0.0, 1.1 * float(wear.energy.max())])
+    unit, x = panel.x.unit, np.array([0.0, 1.1 * largest])
     panel.line(x / unit, wear.coefficient.value * x / 1e-9, COLORS[1])
     panel.marks(wear.energy / unit, wear.volume / 1e-9, COLORS[0])
     return stacked([panel], 3.8)

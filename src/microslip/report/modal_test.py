@@ -10,7 +10,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless, hertz, named
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering
 from microslip._core.wording import shorten
 from microslip.figures.kit import axis_of, line_style
 from microslip.figures.picture import Picture
@@ -106,20 +106,20 @@ def points_data(tests: Sequence[ModalTest]) -> DataSet:
 
 def modal_test_plot(tests: Sequence[ModalTest]) -> Plot:
     """Plot frequency and damping ratio against amplitude for each test."""
-    scale = prefix(max(float(test.amplitude.max()) for test in tests))
+    largest = max(float(test.amplitude.max()) for test in tests)
     alone = len(tests) == 1
     frequency = axis_of(hertz("Frequency"))
     if not alone:
         frequency = axis_of(dimensionless("Frequency relative to the first"), (0.01, "%"))
     upper, lower = (
-        Panel(axis_of(_AT_SENSOR, scale, log=True), y)
+        Panel(axis_of(_AT_SENSOR, largest, log=True), y)
         for y in (frequency, axis_of(QUANTITIES["damping_ratio"], log=True))
     )
     legend = []
     for index, test in enumerate(tests):
         style = line_style(index)
         order = test.amplitude.argsort(kind="stable")
-        x, f = test.amplitude[order] / scale[0], test.frequency[order]
+        x, f = test.amplitude[order] / upper.x.unit, test.frequency[order]
         for panel, y in (
             (upper, f if alone else 100.0 * f / f[0]),
             (lower, test.damping_ratio[order]),

@@ -8,15 +8,13 @@ import numpy as np
 
 from microslip._core.checks import Floats, whole_number
 from microslip._core.quantities import QUANTITIES, Quantity, hertz
-from microslip._core.units import prefix
-from microslip.figures.kit import axis_of, length_prefix, time_axis
+from microslip.figures.kit import axis_of, time_axis
 from microslip.figures.plot import COLORS, DASHED, Panel, Plot, stacked
 
 
 def modal_figure(curve: Any) -> Plot:
     """Plot frequency and damping ratio against the requested amplitudes."""
     solved = curve.amplitude[np.isfinite(curve.amplitude)]
-    scale = prefix(float(solved.max()))
     quantity = Quantity("m", label="Amplitude at the sensor")
     if np.array_equal(curve.amplitude, curve.modal_amplitude):
         quantity = Quantity("m kg^½", label="Modal amplitude")
@@ -25,15 +23,15 @@ def modal_figure(curve: Any) -> Plot:
         (axis_of(hertz("Frequency")), curve.frequency),
         (axis_of(QUANTITIES["damping_ratio"], log=True), curve.damping_ratio),
     ):
-        panel = Panel(axis_of(quantity, scale, log=True, margin=0.02), axis)
-        panel.line(curve.amplitude / scale[0], values)
+        panel = Panel(axis_of(quantity, float(solved.max()), log=True, margin=0.02), axis)
+        panel.line(curve.amplitude / panel.x.unit, values)
         panels.append(panel)
     above = panels[0]
     above.note = (
         f"Mode {curve.index + 1}, dashed: with sticking joints, {curve.linear_frequency:.5g} Hz"
     )
     above.line(
-        curve.amplitude / scale[0], np.full_like(curve.amplitude, curve.linear_frequency),
+        curve.amplitude / above.x.unit, np.full_like(curve.amplitude, curve.linear_frequency),
         width=0.9, dash=DASHED,
     )  # fmt: skip
     return stacked(panels, 5.2, (1.0, 1.3))
@@ -50,10 +48,9 @@ def response_figure(response: Any, sensor: Floats | None) -> Plot:
     else:
         note = "at the sensor"
     amplitude = response.amplitude(sensor)
-    scale = length_prefix(float(amplitude.max()))
     panel = Panel(
         axis_of(hertz("Frequency"), margin=0.0),
-        axis_of(Quantity("m", label="Amplitude of the fundamental"), scale),
+        axis_of(Quantity("m", label="Amplitude of the fundamental"), float(amplitude.max())),
         note=f"Forced response, {note}",
     )
     unit = panel.y.unit
@@ -90,15 +87,13 @@ def ring_down_figure(motion: Any) -> Plot:
 
 
 def _in_time(time: Floats, displacement: Floats, note: str, lost: Floats) -> Plot:
-    x_scale = length_prefix(float(np.abs(displacement).max()) or 1.0)
-    e_scale = prefix(float(np.abs(lost).max()))
     panels = []
-    for axis, values in (
-        (axis_of(QUANTITIES["displacement"], x_scale), displacement),
-        (axis_of(Quantity("J", label="Energy lost"), e_scale), lost),
+    for quantity, values in (
+        (QUANTITIES["displacement"], displacement),
+        (Quantity("J", label="Energy lost"), lost),
     ):
-        panel = Panel(time_axis(time), axis)
-        panel.line(time / panel.x.unit, values / axis.unit, width=0.9)
+        panel = Panel(time_axis(time), axis_of(quantity, float(np.abs(values).max())))
+        panel.line(time / panel.x.unit, values / panel.y.unit, width=0.9)
         panels.append(panel)
     panels[0].note = note
     return stacked(panels, 5.0, (1.5, 1.0))

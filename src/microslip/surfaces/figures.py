@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.quantities import Quantity
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering
 from microslip.figures.kit import axis_of, coarse, coloured, length_prefix, map_panel
 from microslip.figures.plot import Panel, Pixels, Plot
 
@@ -20,8 +20,8 @@ def trace_figure(scan: Any, title: str = "") -> Plot:
     """Return the figure of a profile."""
     heights = scan.heights - float(np.nanmean(scan.heights))
     panel = Panel(
-        axis_of(Quantity("m", label="Position"), length_prefix(scan.size[0]), margin=0.0),
-        axis_of(HEIGHT, prefix(float(np.nanmax(np.abs(heights))))),
+        axis_of(Quantity("m", label="Position"), scan.size[0], margin=0.0),
+        axis_of(HEIGHT, float(np.nanmax(np.abs(heights)))),
     )
     places = scan.pixel[0] / panel.x.unit * np.arange(heights.size)
     panel.line(places, heights / panel.y.unit, width=0.9)

@@ -7,15 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
-from microslip._core.units import engineering, prefix
-from microslip.figures.kit import (
-    axis_of,
-    common_prefix,
-    evenly,
-    far_apart,
-    length_prefix,
-    line_style,
-)
+from microslip._core.units import engineering
+from microslip.figures.kit import axis_of, common_prefix, envelope, evenly, far_apart, line_style
 from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
 from microslip.friction import PressedJoint
 from microslip.report.predicted.curves import add_legend, drawn_loads
@@ -23,7 +16,6 @@ from microslip.study.runs.prediction import Prediction
 
 MOST_DRAWN_SAMPLES = 20_000
 """Largest number of samples per load that is drawn in full."""
-_STRETCHES = 750
 _QUANTITIES = {
     "displacement": QUANTITIES["displacement"],
     "force": QUANTITIES["force"],
@@ -49,7 +41,8 @@ def history(result: Prediction) -> Plot:
     # The given quantity is the same for all loads and is drawn in grey.
     common = record.quantity if record is not None and len(loads) > 1 else None
     if common is not None:
-        panels[common].line(*envelope(columns[common][0]), GREY, width=THIN)
+        given = columns[common][0]
+        panels[common].line(drawn := envelope(given), given[drawn], GREY, width=THIN)
     responses = columns["displacement" if common == "force" else "force"]
     sizes = [float(np.abs(response).max()) for response in responses]
     width = 0.7 if count > _THIN_FROM else WIDTH
@@ -61,7 +54,10 @@ def history(result: Prediction) -> Plot:
         )  # strokes would be shorter than a dash
         for name, values in columns.items():
             if name != common:
-                panels[name].line(*envelope(values[number]), look.color, width=width, dash=dash)
+                y = values[number]
+                panels[name].line(
+                    drawn := envelope(y), y[drawn], look.color, width=width, dash=dash
+                )
         ends = slice(-MOST_DRAWN_SAMPLES, None)
         x, y = (columns[name][number][ends] for name in ("displacement", "force"))
         path_panel.line(x, y, look.color, width=width, dash=dash)
@@ -88,23 +84,8 @@ def _scaled(values: list[Floats], name: str) -> tuple[list[Floats], Axis]:
     if far_apart(sizes, 50.0):
         ratios = [column / (size or 1.0) for column, size in zip(values, sizes, strict=True)]
         return ratios, axis_of(dimensionless(f"{quantity.label} over largest"))
-    scale = length_prefix(max(sizes)) if quantity.unit == "m" else prefix(max(sizes))
-    return [column / scale[0] for column in values], axis_of(quantity, scale)
-
-
-def envelope(values: Floats) -> tuple[Floats, Floats]:
-    """Return the sample indices and values of a record that are drawn.
-
-    Of a long record, these are the smallest and the largest value of each of many intervals.
-    """
-    if values.size <= MOST_DRAWN_SAMPLES:
-        return np.arange(values.size, dtype=np.float64), values
-    width = -(-values.size // _STRETCHES)
-    stretches = values[: values.size // width * width].reshape(-1, width)
-    starts = width * np.arange(len(stretches))
-    ends = np.sort(np.stack([stretches.argmin(axis=1), stretches.argmax(axis=1)]), axis=0) + starts
-    places = np.concatenate(([0], ends.T.ravel(), np.arange(stretches.size, values.size)))
-    return places.astype(np.float64), values[places]
+    axis = axis_of(quantity, max(sizes))
+    return [column / axis.unit for column in values], axis
 
 
 MOST_AMPLITUDES = 6
@@ -162,9 +143,9 @@ def _places(joint: PressedJoint) -> tuple[Floats, Axis]:
     """
     spread = joint.pressure
     if spread.distances is not None:
-        scale = prefix(float(spread.distances.max()))
         distance = Quantity("m", label="Distance from the axis")
-        return spread.distances / scale[0], axis_of(distance, scale)
+        axis = axis_of(distance, float(spread.distances.max()))
+        return spread.distances / axis.unit, axis
     order = np.argsort(-joint.pressures, kind="stable")
     reach = np.empty(order.size)
     reach[order] = np.cumsum(spread.areas[order]) - 0.5 * spread.areas[order]

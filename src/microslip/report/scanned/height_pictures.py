@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.quantities import Quantity
-from microslip._core.units import engineering, prefix
+from microslip._core.units import engineering
 from microslip.figures.kit import (
     EDGE,
     LineStyle,
@@ -77,7 +77,7 @@ def height_plot(findings: Findings) -> Plot:
     right.y.label = ""
     tall = scan.size[1] / scan.size[0]
     low, high = low - middle, high - middle
-    axis = axis_of(HEIGHT, prefix(max(high, -low)))
+    axis = axis_of(HEIGHT, max(high, -low))
     axis.low, axis.high = low / axis.unit, high / axis.unit
     bar = scale_of_colours(axis, coloured(np.linspace(0.0, 1.0, 256)[None], 0.0, 1.0), (1, 1, 0, 1))
     plot = with_scale(panels, bar, min(max(3.3 * tall, 1.6), 7.0), 1.3, (1.0, 1.0))

@@ -128,13 +128,13 @@ def force_plot(prediction: StructurePrediction) -> Plot:
     for mode in prediction.modes:
         highest = [forced.response for forced in mode.forced]
         highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
-        scale = prefix(float(np.nanmax(np.concatenate(highest), initial=0.0)))
-        unit = scale[0]
+        largest = float(np.nanmax(np.concatenate(highest), initial=0.0))
         panel = Panel(
             axis_of(hertz("Frequency of the force"), margin=0.0),
-            axis_of(at_sensor, scale, log=True),
+            axis_of(at_sensor, largest, log=True),
             note=f"Mode {mode.number}",
         )
+        unit = panel.y.unit
         for index, forced in enumerate(mode.forced):
             if forced.bands is not None:
                 low, high = forced.bands[[0, 2]] / unit

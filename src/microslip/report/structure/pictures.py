@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
-from microslip._core.units import prefix
 from microslip.figures.kit import (
     axis_of,
     between,
@@ -43,8 +42,7 @@ _MILLI = (1e-3, "m")
 
 def curve_plot(prediction: StructurePrediction) -> Plot:
     """Plot frequency change relative to the linear frequency, and damping ratio."""
-    scale = prefix(float(prediction.modes[0].curve.amplitude[-1]))
-    unit, quantity = scale[0], prediction.part.quantity
+    quantity, largest = prediction.part.quantity, float(prediction.modes[0].curve.amplitude[-1])
     at_sensor = Quantity(prediction.part.unit, label=AT_SENSOR)
 
     def sensed(test: ModalTest | ModalCurve) -> Floats:
@@ -53,13 +51,13 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
         return np.asarray(test.amplitude * omega ** POWERS[quantity] / unit)
 
     upper, lower = (
-        Panel(axis_of(at_sensor, scale, log=True, margin=0.0), axis)
+        Panel(axis_of(at_sensor, largest, log=True, margin=0.0), axis)
         for axis in (
             axis_of(dimensionless("Frequency change"), (0.01, "%")),
             axis_of(QUANTITIES["damping_ratio"], log=True),
         )
     )
-    panels = ((upper, "frequency"), (lower, "damping_ratio"))
+    unit, panels = upper.x.unit, ((upper, "frequency"), (lower, "damping_ratio"))
 
     def values(mode: Mode, curve: object, name: str, place: int | None = None) -> Floats:
         y = getattr(curve, name) if place is None else getattr(curve, name)[place]
@@ -119,15 +117,15 @@ def curve_plot(prediction: StructurePrediction) -> Plot:
 def pressure_plot(prediction: StructurePrediction) -> Plot:
     """Plot the contact pressures of the patches after tightening."""
     pressures = prediction.state.pressures
-    scale = prefix(float(pressures.max()))
-    return _maps(prediction, [("", pressures)], axis_of(Quantity("Pa", label="Pressure"), scale))
+    axis = axis_of(Quantity("Pa", label="Pressure"), float(pressures.max()))
+    return _maps(prediction, [("", pressures)], axis)
 
 
 def slip_plot(prediction: StructurePrediction) -> Plot:
     """Plot the tangential amplitude between the faces of each patch."""
     slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
-    scale = prefix(max(float(slip.max()) for _, slip in slips))
-    return _maps(prediction, slips, axis_of(Quantity("m", label="Relative amplitude"), scale))
+    largest = max(float(slip.max()) for _, slip in slips)
+    return _maps(prediction, slips, axis_of(Quantity("m", label="Relative amplitude"), largest))
 
 
 def loss_plot(prediction: StructurePrediction) -> Plot:

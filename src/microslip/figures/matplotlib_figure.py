@@ -91,8 +91,8 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
     for item in panel.items:
         match item:
             case shapes.Line():
-                stroke = {"color": hues.get(item.color, item.color), "lw": item.width}
-                curves += axes.plot(x * item.x, y * item.y, ls=(0, item.dash or None), **stroke)
+                look: Any = {"color": hues.get(item.color, item.color), "lw": item.width}
+                curves += axes.plot(x * item.x, y * item.y, ls=(0, item.dash or None), **look)
             case shapes.Marks():
                 look = {"color": hues.get(item.color, item.color), "mfc": "white"}
                 curves += axes.plot(x * item.x, y * item.y, item.marker, ms=item.size, **look)
@@ -108,25 +108,26 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
                 system, place = "axes fraction", (item.x, item.y)
                 if item.data:
                     system, place = "data", (x * item.x, y * item.y)
-                text = {"color": item.color, "size": 8.5, "bbox": _WHITE}
-                axes.annotate(item.text, place, xycoords=system, va="top", **text)
+                look = {"color": item.color, "size": 8.5, "bbox": _WHITE}
+                axes.annotate(item.text, place, xycoords=system, va="top", **look)
             case shapes.Pixels():
                 ends = (x * item.left, x * item.right, y * item.bottom, y * item.top)
-                fitted = {"extent": ends, "aspect": axes.get_aspect()}
-                axes.imshow(item.values, interpolation="nearest", **fitted)
+                look = {"extent": ends, "aspect": axes.get_aspect()}
+                axes.imshow(item.values, interpolation="nearest", **look)
     if label and curves:
         curves[0].set_label(label)
 
 
 def _prepare(axes: Axes, panel: Panel) -> None:
     axes.margins(panel.x.margin, panel.y.margin)
+    side: shapes.AxisName
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
         limits = {} if axis.low is axis.high is None else {f"{side}lim": (axis.low, axis.high)}
         axes.set(**{f"{side}scale": "log" if axis.log else "linear", **limits})
         if axis.ticks is not None:
             mine.set_ticks([x for x, _ in axis.ticks], labels=[text for _, text in axis.ticks])
         elif axis.integer:
-            mine.get_major_locator().set_params(integer=True)
+            axes.locator_params(axis=side, integer=True)
         if axis.bare:
             mine.set_tick_params(which="both", labelbottom=False, labelleft=False)
         elif not mine.get_label_text():
@@ -140,7 +141,7 @@ def _legend(owner: Figure | Axes, plot: Plot, **place: Any) -> None:
     handles = []
     for entry in plot.legend:
         line: Any = (0, entry.dash or None) if entry.line else "none"
-        look = {"marker": entry.marker or "none", "label": _plain(entry.label)}
+        look: dict[str, Any] = {"marker": entry.marker or "none", "label": _plain(entry.label)}
         handles.append(Line2D([], [], color=entry.color, mfc="white", ls=line, **look))
     owner.legend(handles=handles, title=plot.legend_title or None, **place)
 

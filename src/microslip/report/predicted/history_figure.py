@@ -36,8 +36,8 @@ def history(result: Prediction) -> Plot:
         columns[name], up = _scaled([getattr(result.histories[i], name) for i, _ in loads], name)
         along = Axis("Sample", integer=True, bare=row < len(names) - 1)
         panels[name] = Panel(along, up, cell=(row, row, 0, 0))
-    ends = (0, len(names) - 1, 1, 1)
-    path_panel = Panel(panels["displacement"].y, panels["force"].y, cell=ends)
+    cell = (0, len(names) - 1, 1, 1)
+    path_panel = Panel(panels["displacement"].y, panels["force"].y, cell=cell)
     # The given quantity is the same for all loads and is drawn in grey.
     common = record.quantity if record is not None and len(loads) > 1 else None
     if common is not None:

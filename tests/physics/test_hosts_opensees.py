@@ -56,40 +56,17 @@ def in_python(file):
     return names["joint"]
 
 
-def in_tcl(file):
-    """OpenSees' own Tcl program is no package; its commands are those of the module."""
-    tkinter = pytest.importorskip("tkinter", reason="Python was built without Tcl")
-    tcl = tkinter.Tcl()
-
-    def number(word):
-        for kind in (int, float):
-            try:
-                return kind(word)
-            except ValueError:
-                continue
-        return word
-
-    def make(_):
-        for name in ("uniaxialMaterial", "element"):
-            call = getattr(ops, name)
-            tcl.createcommand(name, lambda *words, call=call: call(*map(number, words)))
-        tcl.eval(file.read_text())
-
-    return make
-
-
-def driven(ending, read, folder):
+def driven(folder):
     """Forces along two histories, by OpenSees and by the cells."""
-    file = folder / f"joint{ending}"
+    file = folder / "joint.py"
     export.write("opensees", JOINT, file, nodes=[[1, 2]], first_number=101, **_RANGE)
     cells = JOINT.to_iwan(50, **_RANGE)
     x = np.concatenate([record[:250] for record in records(3e-7, 250).values()])
-    return reactions(read(file), x, [(1, 2)])[:, 0], cells.force(x)
+    return reactions(in_python(file), x, [(1, 2)])[:, 0], cells.force(x)
 
 
-@pytest.mark.parametrize(("ending", "read"), [(".py", in_python), (".tcl", in_tcl)])
-def test_it_is_the_cells_to_rounding(ending, read, tmp_path):
-    found, wanted = driven(ending, read, tmp_path)
+def test_it_is_the_cells_to_rounding(tmp_path):
+    found, wanted = driven(tmp_path)
     assert np.abs(found - wanted).max() <= 1e-12 * np.abs(wanted).max()
 
 

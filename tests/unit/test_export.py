@@ -99,7 +99,7 @@ def test_nodes_of_the_mesh_are_not_made_anew(kind, first):
         ("c", JOINT, {"smallest_amplitude": 0.0}, "smallest_amplitude must be above zero"),
         ("c", JOINT, {"smallest_amplitude": 1e-7, "largest_amplitude": 1e-7}, "above the smallest"),
         ("calculix", JOINT, {"cells": 1}, "cells must be an integer from 2 to"),
-        ("c", JOINT, {"depth": 1}, "depth must be an integer from 2 to"),
+        ("c", JOINT, {"depth": 3}, "depth must be an integer from 4 to"),
         ("c", JOINT, {"name": "1st"}, "name must begin with a letter"),
         ("c", JOINT, {"direction": 4}, "direction must be an integer from 1 to 3"),
         ("c", JOINT, {"first_number": 0}, "first_number must be an integer from 1"),
@@ -147,10 +147,10 @@ def test_the_command_writes_what_python_writes(folder):
     export.write("c", joint, "b.c")
     assert (folder / "a.c").read_bytes() == (folder / "b.c").read_bytes()
     outcome = run(
-        "export", "opensees", "joint.toml", "-o", "a.tcl", "--cells", "32",
+        "export", "opensees", "joint.toml", "-o", "a.py", "--cells", "32",
         "--smallest-amplitude", "10 nm", "--largest-amplitude", "1 um",
     )  # fmt: skip
-    assert "Written: a.tcl\nFrom 1e-08 to 1e-06 m the error is at most" in outcome.output
+    assert "Written: a.py\nFrom 1e-08 to 1e-06 m the error is at most" in outcome.output
 
 
 def test_too_few_sliders_are_refused_with_a_number_that_is_enough(tmp_path):

@@ -22,13 +22,22 @@ def store(path: str | Path, data: DataSet) -> None:
     coords, variables = data.coords, data.variables
     with needed_for("netCDF files need"):
         import h5netcdf
+        from h5py import string_dtype
+
+    def set_attribute(owner: Any, name: str, value: Any) -> None:
+        # MATLAB and Fortran programs cannot read the variable-length strings that h5py writes by
+        # default, so text becomes a fixed-length string.
+        if isinstance(value, str):
+            data = value.encode()
+            value = np.array(data, dtype=string_dtype("utf-8", len(data)))
+        owner.attrs[name] = value
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}
     made = io.BytesIO()
     with h5netcdf.File(made, "w", track_order=True) as file:
         file.dimensions = dict(data.sizes)
         for name, value in data.attributes.items():
-            _set(file, name, value)
+            set_attribute(file, name, value)
         for group in (coords, variables):
             for name, column in group.items():
                 names, array = column.dims, np.asarray(column.values)
@@ -39,33 +48,14 @@ def store(path: str | Path, data: DataSet) -> None:
                 variable = file.create_variable(
                     name,
                     names,
-                    dtype=_text() if text else array.dtype,
+                    dtype=string_dtype() if text else array.dtype,
                     data=array.astype(object) if text else array,
                     **(packed if array.nbytes > _COMPRESSED and not text else {}),
                 )
                 for key, value in column.attributes.items():
-                    _set(variable, key, value)
+                    set_attribute(variable, key, value)
                 near = [key for key, its in auxiliary.items() if its <= set(names)]
                 if group is variables and near:
-                    _set(variable, "coordinates", " ".join(near))
+                    set_attribute(variable, "coordinates", " ".join(near))
     with Path(path).open("xb") as stored:
         stored.write(made.getbuffer())
-
-
-def _set(owner: Any, name: str, value: Any) -> None:
-    """Set an attribute of a file or variable; text becomes a fixed-length string.
-
-    MATLAB and Fortran programs cannot read the variable-length strings that h5py writes by default.
-    """
-    import h5py
-
-    if isinstance(value, str):
-        data = value.encode()
-        value = np.array(data, dtype=h5py.string_dtype("utf-8", len(data)))
-    owner.attrs[name] = value
-
-
-def _text() -> Any:
-    import h5py
-
-    return h5py.string_dtype()

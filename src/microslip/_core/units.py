@@ -102,14 +102,8 @@ _NAMED_DIMENSIONS = {
     "": "a plain number",
     "J": "an energy or a torque",
     **{unit: kind.with_article for unit, kind in _KINDS.items()},
-    "1/m^3": "a number per volume",
-    "kg/m^2": "a mass per area",
-    "W": "a power",
     "K": "a temperature",
-    "A": "a current",
     "V": "a voltage",
-    "mol": "an amount of substance",
-    "mol/m^3": "a concentration",
 }
 
 

@@ -146,7 +146,7 @@ def _law(study: Study, kind: str, report: Report) -> Any:
     if study.structure is not None:
         raise StudyError(
             f"{study.name}: {kind} exports a joint, and this study describes a [structure]; omit "
-            "that table, or call microslip.export.write with the law of each patch"
+            "that table, or call microslip.export.write with its JointField"
         )
     joints = build_joints(study, report)
     if len(joints) > 1:

@@ -178,7 +178,7 @@ def write_card(
 def _limits_of(card: ContactCard, holds: str) -> list[str]:
     errors, layer = card.errors, card.layer
     span = f"{0.5 * card.pressure:.3g} to {2.0 * card.pressure:.3g} Pa"
-    stick = errors.elastic_slip if "slip" in holds else errors.constant_stick
+    stick = errors.elastic_slip if "slip" in holds else errors.normal_stiffness
     normal = (
         f"table, relative error up to {errors.pressure:.1g} between its points"
         if "table" in holds

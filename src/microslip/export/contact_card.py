@@ -43,9 +43,8 @@ class CardErrors:
     pressure: float
     """Error of the interpolated pressure between the points of the table."""
     normal_stiffness: float
-    """Error of a constant normal stiffness, from half to twice the pressure of the joint."""
-    constant_stick: float
-    """Error of a constant tangential stiffness, over the same pressures."""
+    """Error of a constant normal stiffness, from half to twice the pressure of the joint; that of a
+    constant tangential stiffness is the same."""
     elastic_slip: float
     """Error of a tangential stiffness equal to mu p over the elastic slip, over the same pressures.
     """
@@ -74,8 +73,6 @@ class ContactCard:
     """Pressures of the table [Pa], rising from zero."""
     overclosures: Floats
     """Overclosures (approach of the faces) [m] at these pressures, zero at zero pressure."""
-    stick_stiffnesses: Floats
-    """Tangential stiffness per area [Pa/m] at each pressure."""
     layer: VirtualLayer
     """Equivalent layer of elements."""
     errors: CardErrors
@@ -164,7 +161,6 @@ class ContactCard:
             slip,
             lock(np.append(0.0, loads / area)),
             lock(np.append(0.0, closing)),
-            lock(np.append(stiffnesses[0], stiffnesses) / surface.stiffness_ratio / area),
             VirtualLayer(
                 thickness,
                 joint.normal_stiffness / area * thickness,
@@ -184,11 +180,9 @@ def _errors(joint: Interface, pressure: float) -> CardErrors:
     there = np.asarray(surface.stiffness(surface.separation(joint.normal_load * factors)))
     stick_slip = Jenkins(joint.tangential_stiffness, joint.force_limit)
     slip = joint.force_limit / joint.tangential_stiffness
-    constant = float(np.max(np.abs(stiffness / there - 1.0)))
     return CardErrors(
         pressure,
-        constant,
-        constant,
+        float(np.max(np.abs(stiffness / there - 1.0))),
         float(np.max(np.abs(stiffness * factors / there - 1.0))),
         joint.force_limit / float(joint.backbone(slip)) - 1.0,
         tuple(

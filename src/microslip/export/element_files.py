@@ -108,39 +108,34 @@ def calculix(order: Order) -> Files:
 
 
 def opensees(order: Order) -> Files:
-    """Return OpenSees commands for elastic, perfectly plastic materials in parallel.
+    """Return OpenSees commands for elastic, perfectly plastic materials in parallel, in Python.
 
-    They are a Python script, or Tcl if the file name ends in .tcl. ``MultiLinear`` of OpenSees is
-    not used: its reloading does not follow Masing's rules.
+    ``MultiLinear`` of OpenSees is not used: its reloading does not follow Masing's rules.
     """
-    tcl, tied = order.suffix == ".tcl", bool(order.patches[0].nodes)
-    how = "source" if tcl else "exec, or import and call"
-    lines = [f"# To use: {how}; the tags begin at {order.first_number}."]
+    tied = bool(order.patches[0].nodes)
+    lines = [f"# To use: exec, or import and call; the tags begin at {order.first_number}."]
     if not tied:
         lines.append(
             f"# Then: element zeroLength TAG NODE NODE -mat <{order.name}> -dir {order.direction}"
         )
-    if not tcl:
-        parts = "materials and elements" if tied else "materials"
-        lines += ["", "", f"def {order.name}(ops):"]
-        lines.append(f'    """Make the {parts}; the tag of the first sum."""')
+    parts = "materials and elements" if tied else "materials"
+    lines += ["", "", f"def {order.name}(ops):"]
+    lines.append(f'    """Make the {parts}; the tag of the first sum."""')
     sums = []
     for _, cells in numbered_cells(order, gap=1):
         for cell in cells:
             words = "ElasticPP", cell.number, cell.stiffness, cell.limit / cell.stiffness
-            lines.append(_command(tcl, "uniaxialMaterial", *words))
+            lines.append(_command("uniaxialMaterial", *words))
         total, tags = cells[-1].number + 1, [cell.number for cell in cells]
-        lines.append(_command(tcl, "uniaxialMaterial", "Parallel", total, *tags))
+        lines.append(_command("uniaxialMaterial", "Parallel", total, *tags))
         sums.append(total)
         if cells[0].nodes:
             ends = *cells[0].nodes, "-mat", total, "-dir", order.direction
-            lines.append(_command(tcl, "element", "zeroLength", total, *ends))
-    lines.append(f"set {order.name} {sums[0]}" if tcl else f"    return {sums[0]}")
+            lines.append(_command("element", "zeroLength", total, *ends))
+    lines.append(f"    return {sums[0]}")
     return _deck(order, "#", lines)
 
 
-def _command(tcl: bool, command: str, *words: object) -> str:
-    if tcl:
-        return " ".join(map(str, (command, *words)))
+def _command(command: str, *words: object) -> str:
     arguments = (f'"{word}"' if isinstance(word, str) else repr(word) for word in words)
     return f"    ops.{command}({', '.join(arguments)})"

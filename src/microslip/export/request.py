@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from textwrap import wrap
@@ -24,7 +24,6 @@ from microslip.friction import (
     IsotropicJoint,
     Iwan,
     JointField,
-    Parallel,
 )
 from microslip.friction.conversions import check_not_rigid
 from microslip.friction.field_backbone import FieldBackbone
@@ -262,23 +261,16 @@ def _laws(kind: str, law: Any) -> list[Any]:
     if isinstance(law, BackboneLaw):
         check_not_rigid(law, f"files of kind {kind}")
         return [law]
-    several = isinstance(law, JointField) or (
-        isinstance(law, Sequence) and law and all(isinstance(item, BackboneLaw) for item in law)
-    )
-    if several and kind in ELEMENTS:
-        laws = _laws_of_field(law) if isinstance(law, JointField) else list(law)
-        for item in laws:
-            if item is not None:
-                check_not_rigid(item, f"files of kind {kind}")
-        if not any(laws):
+    if isinstance(law, JointField):
+        if kind not in ELEMENTS:
+            raise InputError(
+                f"{kind} supports one law, got a field of patches; use "
+                f"{', '.join(ELEMENTS)}, or the law of patches that move together, field.rigid()"
+            )
+        if not law.normal_loads.any():
             raise InputError("`law` must have a patch that carries a load, got none")
-        return laws
-    if several:
-        raise InputError(
-            f"{kind} supports one law, got a field of patches; use "
-            f"{', '.join(ELEMENTS)}, or the law of patches that move together, field.rigid()"
-        )
-    if type(law).__name__ in ("IsotropicJoint", "IsotropicField"):
+        return _laws_of_field(law)
+    if isinstance(law, (IsotropicJoint, IsotropicField)):
         raise InputError(
             f"{kind} supports one direction, and {type(law).__name__} has two; use "
             f"{', '.join(CODE)}"
@@ -299,20 +291,12 @@ def _laws_of_field(field: JointField) -> list[BackboneLaw | None]:
     ]  # fmt: skip
 
 
-def sum_of(patches: tuple[Patch, ...]) -> BackboneLaw:
-    """Return the law of all patches with a common displacement."""
-    return patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
-
-
 def described(law: Any) -> str:
-    """Describe a law or a sequence of laws in one line."""
+    """Describe a law or a field in one line."""
     surface = getattr(law, "surface", None)
     under = f", on {surface!r}" if surface is not None else ""
     if isinstance(law, JointField):
         return f"a field of {law.size} patches{under}"
-    if isinstance(law, Sequence):
-        alike = all(item is law[0] for item in law)
-        return f"{len(law)} patch(es){f', each {described(law[0])}' if alike else ', a law each'}"
     limit, stiffness = exact(law.force_limit), exact(law.tangential_stiffness)
     return f"{law!r}{under}; force limit {limit} N, stiffness at rest {stiffness} N/m"
 

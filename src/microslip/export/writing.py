@@ -6,7 +6,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -25,9 +25,8 @@ from microslip.export.request import (
     checked_patches,
     described,
     element_of,
-    sum_of,
 )
-from microslip.friction import IsotropicField, IsotropicJoint
+from microslip.friction import IsotropicField, IsotropicJoint, Parallel
 from microslip.friction.conversions import amplitude_range
 
 _RUN = "run by the tests of microslip"
@@ -35,32 +34,25 @@ _OPENSEES = f"{_RUN} with OpenSeesPy 3.5.1, against the cells"
 _CALCULIX = f"{_RUN} with CalculiX 2.20, against the cells"
 
 
-@dataclass(frozen=True)
-class Format:
-    """Kind of file that an export can write."""
-
+class _Format(NamedTuple):
     kind: str
-    """Name of the kind."""
-    run: str
-    """Verification of this kind of file."""
-    suffixes: tuple[str, ...]
-    """Accepted file suffixes; the first one replaces any other."""
-    write: Callable[[Order], Files]
-    """Function that returns the files by name."""
+    run: str  # how this kind of file was verified
+    suffix: str  # of the files
+    write: Callable[[Order], Files]  # returns the files by name
 
 
 _FORMATS = (
-    Format("c", f"{_RUN}, compiled, against joint.force", (".c",), c_source.write_c),
-    Format(
+    _Format("c", f"{_RUN}, compiled, against joint.force", ".c", c_source.write_c),
+    _Format(
         "abaqus-user",
         f"{_RUN}, called as Abaqus calls it, by Fortran; not run in Abaqus",
-        (".c",),
+        ".c",
         c_source.write_user,
     ),
-    Format("fmu", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write_fmu),
-    Format("fmu3", f"{_RUN} with FMPy, against joint.force", (".fmu",), fmu.write_fmu),
-    Format("opensees", _OPENSEES, (".py", ".tcl"), elements.opensees),
-    Format("calculix", _CALCULIX, (".inp",), elements.calculix),
+    _Format("fmu", f"{_RUN} with FMPy, against joint.force", ".fmu", fmu.write_fmu),
+    _Format("fmu3", f"{_RUN} with FMPy, against joint.force", ".fmu", fmu.write_fmu),
+    _Format("opensees", _OPENSEES, ".py", elements.opensees),
+    _Format("calculix", _CALCULIX, ".inp", elements.calculix),
 )
 
 KINDS = tuple(item.kind for item in _FORMATS)
@@ -112,9 +104,8 @@ def write(
     ----------
     kind : str
         One of :data:`microslip.export.KINDS`.
-    law : BackboneLaw, IsotropicJoint, IsotropicField, JointField or sequence of BackboneLaw
-        The law. Laws in two directions can be exported only as code; a field, or several laws, one
-        per patch, only as elements.
+    law : BackboneLaw, IsotropicJoint, IsotropicField or JointField
+        The law. Laws in two directions can be exported only as code, a field only as elements.
     file : str or pathlib.Path
         File to write; some kinds write further files with the same stem.
     smallest_amplitude, largest_amplitude : float, optional
@@ -164,15 +155,13 @@ def write(
         path = Path(file)
     except TypeError:
         raise InputError(f"`file` must be a path, got {show(file)}") from None
-    suffix = path.suffix if path.suffix in file_format.suffixes else file_format.suffixes[0]
+    suffix = file_format.suffix
     stem = path.stem if path.suffix == suffix else path.name
     if not stem or stem.startswith("."):
         raise InputError(f"`file` must be the name of a file, got {show(str(file))}")
     check_name(name)
-    depth, cells = (
-        max(whole_number("depth", depth, 2, _MOST_DEPTH), 4),
-        whole_number("cells", cells, 2, _MOST_CELLS),
-    )
+    depth = whole_number("depth", depth, 4, _MOST_DEPTH)
+    cells = whole_number("cells", cells, 2, _MOST_CELLS)
     direction = whole_number("direction", direction, 1, 3)
     size = whole_number("size", size, 1, _MOST_NODES)
     if size > 1 and kind != "fmu3":
@@ -183,9 +172,10 @@ def write(
     if first_number is None:
         first_number = 1 + max((node for patch in patches for node in patch.nodes), default=0)
     first_number = whole_number("first_number", first_number, 1, 90_000_000)
+    whole = patches[0].law if len(patches) == 1 else Parallel([patch.law for patch in patches])
     order = Order(
         kind, file_format.run, patches, element, model,
-        amplitude_range(sum_of(patches), smallest_amplitude, largest_amplitude),
+        amplitude_range(whole, smallest_amplitude, largest_amplitude),
         cells, depth, size, name, direction, first_number, stem, suffix,
         one_line(described(law_along)),
     )  # fmt: skip

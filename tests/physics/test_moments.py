@@ -12,9 +12,8 @@ from own_laws import HEIGHTS
 from scipy import stats
 
 import microslip as ms
-from microslip.contact.heights.base import TWICE_ORDERS
+from microslip.contact.heights.base import ORDERS
 
-ORDERS = tuple(TWICE_ORDERS)
 EXAMPLES = [
     pytest.param(heights, id=f"{cls.__name__}-{i}")
     for cls in HEIGHTS

@@ -182,17 +182,13 @@ class NormalLaw(Parametric, ABC):
         return np.union1d(self._breaks, edge)
 
     @property
-    def _is_spline(self) -> bool:
-        """Whether N is a polynomial between :attr:`_kinks`, for evaluation by compiled kernels."""
-        return False
-
-    @property
     def _spheres(self) -> Spheres | None:
         """Individually given summits; None for all other laws."""
         return None
 
     @property
     def _spline(self) -> Spline | None:
+        """N as a polynomial between :attr:`_kinks`; None for all laws but tables."""
         return None
 
     @property

@@ -245,8 +245,11 @@ class SlipLosses:
                 u = low[selection, None] + share[:, None] * places
                 v = gap[of, None] + u * growth[of, None]
                 d = first[of, None] + u * rise[of, None]
-                values = self._slope(d.ravel(), v.ravel()).reshape(u.shape)
-                result += np.bincount(of, share * (values @ weights), minlength=gap.size)
+                separations = d.ravel() + self._origin
+                values = sum_over_pairs(self._law, "excess_slope", separations, v.ravel())
+                result += np.bincount(
+                    of, share * (values.reshape(u.shape) @ weights), minlength=gap.size
+                )
         return result
 
     def _marks_from(self, low: float) -> Floats:
@@ -286,9 +289,6 @@ class SlipLosses:
             return [(_ROOTS, np.ones(front.size, dtype=bool))]
         tail = (front > self._kinks[-1]) & spline.has_tail
         return [(_PARABOLAS, ~tail), (_ROOTS, tail)]
-
-    def _slope(self, separation: Floats, gap: Floats) -> Floats:
-        return sum_over_pairs(self._law, "excess_slope", separation + self._origin, gap)
 
 
 def _pieces(

@@ -190,9 +190,7 @@ class Pointwise:
         return result
 
 
-@lru_cache(maxsize=8)
-def _cached(law: NormalLaw) -> Pointwise:
-    return Pointwise(law)
+_cached = lru_cache(maxsize=8)(Pointwise)
 
 
 def pointwise_of(law: NormalLaw) -> Pointwise:

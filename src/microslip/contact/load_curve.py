@@ -89,7 +89,7 @@ class LoadCurve:
         profile = self.profile(low, high)
         if profile is not None:
             return profile.arguments
-        if self.shared and self.surface._is_spline:
+        if self.shared and self.surface._spline is not None:
             return self.smooth_parts(low, high).arguments
         return kernels.curve_arguments(self)
 

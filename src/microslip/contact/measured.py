@@ -168,10 +168,6 @@ class MeasuredContact(FaceLaw, Plottable):
         # The pressure was met to a millionth; from here on it is met.
         self._set_curve(pair, d * numbers.pixel[0], p / p[0], self._heaviest, rate)
 
-    def _changed(self, **changes: Any) -> MeasuredContact:
-        values = {name: getattr(self, name) for name in ("area", "direction")} | changes
-        return self._made_of(self.solution, self.numbers, self.pair, **values)
-
     @classmethod
     def _made_of(
         cls,
@@ -187,7 +183,7 @@ class MeasuredContact(FaceLaw, Plottable):
 
     def along(self, direction: float | None) -> MeasuredContact:
         """Return the face for motion at an angle [rad] to x of the scan; None averages all."""
-        return self._changed(direction=direction)
+        return self._made_of(self.solution, self.numbers, self.pair, self.area, direction)
 
     def of_pieces(self, pieces: ArrayLike) -> MeasuredContact:
         """Return the law averaged over pieces of the scan, by their indices [-], one-dimensional.
@@ -210,7 +206,7 @@ class MeasuredContact(FaceLaw, Plottable):
     def _patch(self, area: float, tightening: float) -> NormalLaw:
         found = self._tightened_by(np.array([tightening]))
         if found is None or tightening == 1.0:
-            return self._changed(area=area)
+            return self._made_of(self.solution, self.numbers, self.pair, area, self.direction)
         length, offset = (float(values[0]) for values in found)
         old, pixel = self.solution, self.numbers.pixel[0]
         separation = offset / pixel + length * old.separation

@@ -43,7 +43,6 @@ class Face(NamedTuple):
     heights: Floats
     pixel: tuple[float, float]
     """Pixel along x and y [m]."""
-    name: str
 
     @property
     def area(self) -> float:
@@ -69,7 +68,7 @@ class Face(NamedTuple):
         """Face with only every second point along x and y."""
         dx, dy = self.pixel
         heights = self.heights[::2, ::2]
-        return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy), self.name)
+        return Face(lock(heights - heights.mean()), (2.0 * dx, 2.0 * dy))
 
     @property
     def smoother(self) -> tuple[Face, float]:
@@ -90,7 +89,7 @@ class Face(NamedTuple):
         squares = np.cumsum(((q * waves) ** 2).ravel()[order])
         edge = float(q.ravel()[order][int(np.searchsorted(squares, 0.5 * squares[-1]))])
         heights = np.asarray(fft.idctn(np.where(q <= edge, waves, 0.0), norm="ortho"))
-        return Face(lock(heights), self.pixel, self.name), 2.0 * math.pi / edge
+        return Face(lock(heights), self.pixel), 2.0 * math.pi / edge
 
     def pieces(self, points: int | None) -> list[Floats]:
         """Divide the face into equal parts, not levelled, with about ``points`` points per side."""
@@ -108,12 +107,10 @@ def face_of(heights: Any, pixel: Any) -> Face:
 
     Any object with attributes `heights` and `pixel` is accepted as a scan.
     """
-    name = "heights"
     if hasattr(heights, "heights") and hasattr(heights, "pixel"):
         if pixel is not None:
             raise InputError("`pixel` must be omitted for a scan, which has its own")
-        pixel, name = heights.pixel, str(getattr(heights, "name", "scan"))[:60]
-        heights = heights.heights
+        pixel, heights = heights.pixel, heights.heights
     z = floats("heights", heights, "m", missing=True)
     if z.ndim != 2:
         raise InputError(
@@ -136,7 +133,7 @@ def face_of(heights: Any, pixel: Any) -> Face:
     if len(steps) != 2:
         raise InputError(f"`pixel` must be one length or two, along x and y, got {show(pixel)}")
     dx, dy = (positive("pixel", step, "m", 2e-6) for step in steps)
-    face = Face(_levelled(z), (dx, dy), name)
+    face = Face(_levelled(z), (dx, dy))
     low, high = _SLOPES
     if not low <= face.slope <= high:
         raise InputError(

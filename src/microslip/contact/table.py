@@ -112,10 +112,6 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         return float(self._spline.knots[-1]) if self.tail is None else math.inf
 
     @property
-    def _is_spline(self) -> bool:
-        return True
-
-    @property
     def _kinks(self) -> Floats:
         return self._spline.knots
 

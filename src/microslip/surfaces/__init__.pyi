@@ -3,7 +3,6 @@ from .moments import Statistics as Statistics
 from .moments import SummitStatistics as SummitStatistics
 from .scan import Scan as Scan
 from .scan_rules import verdicts as verdicts
-from .spectrum import AxisSpectrum as AxisSpectrum
 from .spectrum import Spectrum as Spectrum
 from .summits import Summits as Summits
 from .summits import find_summits as find_summits

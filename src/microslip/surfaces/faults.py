@@ -14,21 +14,20 @@ import warnings
 import numpy as np
 
 from microslip._core.checks import Floats
-from microslip._core.units import engineering
 from microslip._core.verdicts import Remark
 from microslip.surfaces.levelling import level
 from microslip.surfaces.marks import (
     edge_words,
     form_words,
     interpolation_words,
+    readable,
     scratch_and_dust_words,
     spike_words,
 )
-from microslip.surfaces.repair import spikes
+from microslip.surfaces.repair import NORMAL, spikes
 
 FAULT = "fault"
 _FEWEST = 16  # points along each side
-_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
 
 _CLIPPED = 4.0
 """Number of points at an extreme height over the number at the next height."""
@@ -74,7 +73,7 @@ def faults(heights: Floats) -> list[Remark]:
     if not std > 0.0:
         return []
     coarse = _few_digits(there, std)
-    rms = _NORMAL * float(np.nanmedian(np.abs(flat - np.nanmedian(flat))))
+    rms = NORMAL * float(np.nanmedian(np.abs(flat - np.nanmedian(flat))))
     words = [*found, *_clipped(there), *_missing_peaks(heights, flat, std), *coarse]
     words += scratch_and_dust_words(flat, rms)
     of_form = [*form_words("rows", plane), *form_words("columns", plane.T)]
@@ -105,10 +104,6 @@ def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:
     except ValueError:  # too few points
         return plane, plane, 0.0
     return plane, flat, float(np.nanstd(plane - flat))
-
-
-def _long(length: float) -> str:
-    return engineering(length, "m", 3, trim=True)
 
 
 def _clipped(there: Floats) -> list[str]:
@@ -163,9 +158,9 @@ def _few_digits(there: Floats, std: float) -> list[str]:
     if step < _DIGITS * std:
         return []
     return [
-        f"heights of few digits: they differ by at least {_long(step)}, {step / std:.2g} of their "
-        "standard deviation, which dominates the curvatures; save the scan with more digits, or "
-        "filter with a cut-off of many pixels."
+        f"heights of few digits: they differ by at least {readable(step)}, {step / std:.2g} of "
+        "their standard deviation, which dominates the curvatures; save the scan with more digits, "
+        "or filter with a cut-off of many pixels."
     ]
 
 
@@ -173,7 +168,7 @@ def _bow(form: float, std: float) -> list[str]:
     if form < _BOW * std:
         return []
     return [
-        f"bow: the heights contain a quadratic form of {_long(form)} (standard deviation), "
+        f"bow: the heights contain a quadratic form of {readable(form)} (standard deviation), "
         f'{form / std:.2g} times the residual; remove it with `level="quadratic"`, unless the '
         "parts touch in this form."
     ]
@@ -217,7 +212,7 @@ def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
     levelled heights with the standard deviation ``std`` [m].
     """
     first, second = _halves(flat[1:-1] - 0.5 * (flat[:-2] + flat[2:]))
-    limit = 6.0 * _NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps
+    limit = 6.0 * NORMAL * float(np.median(np.abs(first + second)))  # excludes scratches and steps
     sound = np.abs(first + second) <= limit
     first, second = np.where(sound, first, 0.0), np.where(sound, second, 0.0)
     common = float(np.mean(first * second))
@@ -230,7 +225,7 @@ def _offsets(lines: str, flat: Floats, std: float) -> list[str]:
         return []
     word = lines[:-1]
     return [
-        f"{word} noise: the {lines} have random offsets of {_long(size)} (standard deviation), "
+        f"{word} noise: the {lines} have random offsets of {readable(size)} (standard deviation), "
         f"{size / std:.2g} of that of the heights; subtract the median of each {word} first, or "
         "scan again."
     ]
@@ -240,7 +235,7 @@ def _steps(lines: str, flat: Floats, std: float) -> list[str]:
     """Report a permanent jump between two lines, present along both halves."""
     halves = _halves(np.diff(flat, axis=0))
     jumps = 0.5 * (halves[0] + halves[1])
-    usual = _NORMAL * float(np.median(np.abs(jumps)))
+    usual = NORMAL * float(np.median(np.abs(jumps)))
     if not usual > 0.0:
         return []
     places = []
@@ -254,7 +249,7 @@ def _steps(lines: str, flat: Floats, std: float) -> list[str]:
     place, size = max(places, key=lambda found: abs(found[1]))
     return [
         f"stitching steps: between {lines} {place + 1} and {place + 2} all heights jump by "
-        f"{_long(abs(size))}, {abs(size) / usual:.2g} times the usual jump"
+        f"{readable(abs(size))}, {abs(size) / usual:.2g} times the usual jump"
         + (f", and at {len(places) - 1} more positions" if len(places) > 1 else "")
         + "; stitch again with more overlap, or split the scan there."
     ]
@@ -283,8 +278,8 @@ def _wave(lines: str, flat: Floats, std: float) -> list[str]:
     if best < _LINE or size < 2.0 * _LEAST * std or ratio[top] < _COHERENT:
         return []
     return [
-        f"vibration lines: a wave of {len(flat) / top:.3g} {lines} with {_long(size)} amplitude, "
-        f"{size / std:.2g} of the standard deviation of heights, has the same phase along all "
-        f"{lines}. Unless it is a feed mark, scan again without the vibration, or filter with a "
-        "longer cut-off."
+        f"vibration lines: a wave of {len(flat) / top:.3g} {lines} with {readable(size)} "
+        f"amplitude, {size / std:.2g} of the standard deviation of heights, has the same phase "
+        f"along all {lines}. Unless it is a feed mark, scan again without the vibration, or filter "
+        "with a longer cut-off."
     ]

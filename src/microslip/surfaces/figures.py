@@ -44,8 +44,6 @@ def map_figure(scan: Any) -> Plot:
 
 def summit_figure(summits: Any) -> Plot:
     """Return the figure of the summits, as rings at their positions on the scan."""
-    if summits.scan.is_profile:
-        return trace_figure(summits.scan)
     panel = _map_panel(summits.scan)
     unit = panel.x.unit
     size = 5.0 if summits.count <= 200 else 3.0

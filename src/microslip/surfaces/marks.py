@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 
-_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
 _FAR = 5.0
 """Smallest distance of scratches and dust from the median, in robust standard deviations."""
 _EDGE = 3.0
@@ -35,7 +34,8 @@ _COHERENT = 0.65
 """Squared coherence of waves and their images; at most 0.5 on faces that are not interpolated."""
 
 
-def _long(length: float) -> str:
+def readable(length: float) -> str:
+    """Format a length [m] for a message."""
     return engineering(length, "m", 3, trim=True)
 
 
@@ -46,7 +46,7 @@ def spike_words(heights: Floats, pointed: NDArray[np.bool_]) -> list[str]:
         return []
     size = float(np.max(np.abs(heights[pointed] - np.nanmedian(heights))))
     return [
-        f"spikes: {count} points exceed all points around them by up to {_long(size)}; they "
+        f"spikes: {count} points exceed all points around them by up to {readable(size)}; they "
         "are removed before a face is solved (`repaired()`)."
     ]
 
@@ -146,7 +146,7 @@ def form_words(lines: str, plane: Floats) -> list[str]:
     if straight > _PLAIN * rest and waves[periods] < _WAVE * parabola:
         return [
             f"waviness: {periods:.2g} periods of a wave across the {lines}, "
-            f"{_long(math.sqrt(2.0 * straight))} in amplitude; it remains in the face unless "
+            f"{readable(math.sqrt(2.0 * straight))} in amplitude; it remains in the face unless "
             "a `long_cutoff` removes it."
         ]
     return []

@@ -12,7 +12,8 @@ from microslip.surfaces.checks import far_points, repeated
 from microslip.surfaces.conditioning import condition, filled
 from microslip.surfaces.height_map import Map
 
-_NORMAL = 1.4826  # standard deviation over median absolute deviation of a Gaussian
+NORMAL = 1.4826
+"""Standard deviation over median absolute deviation of a Gaussian variable [-]."""
 _RISE = 2.0  # smallest spike height above its surroundings over the robust rms height
 _ABOVE = 6.0  # the same over the robust deviation from the local median
 _RING = np.ones((5, 5), dtype=bool)
@@ -43,8 +44,8 @@ def spikes(heights: Floats) -> NDArray[np.bool_]:
     gaps = np.isnan(heights)
     flat = filled(heights) if gaps.any() else heights
     away = flat - ndimage.median_filter(flat, size=5, mode="mirror")
-    rms = _NORMAL * float(np.median(np.abs(flat - np.median(flat))))
-    least = max(_RISE * rms, _ABOVE * _NORMAL * float(np.median(np.abs(away))))
+    rms = NORMAL * float(np.median(np.abs(flat - np.median(flat))))
+    least = max(_RISE * rms, _ABOVE * NORMAL * float(np.median(np.abs(away))))
     if not least > 0.0:
         return nothing
     if float(np.abs(away).max()) <= least:

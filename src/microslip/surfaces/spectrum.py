@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,44 +16,25 @@ _HANN_ALIKE = 35.0 / 18.0  # n sum w^8 / (sum w^4)^2 for the taper w = sin^2
 
 
 @dataclass(frozen=True, eq=False)
-class AxisSpectrum(Locked):
-    """One-sided power spectrum along one axis, averaged over all profiles."""
-
-    wavenumber: Floats
-    """Wavenumbers q = 2 pi/wavelength [rad/m], rising from one wave over the length of the scan."""
-    power: Floats
-    """Variance [m^2] in the band about each wavenumber. The sum is m0 less the variance of the
-    means of the profiles."""
-    density: Floats
-    """Power per wavenumber [m^3]."""
-
-    @property
-    def wavelength(self) -> Floats:
-        """Wavelengths [m] at which the density is given, in decreasing order."""
-        return 2.0 * math.pi / self.wavenumber
-
-
-@dataclass(frozen=True, eq=False)
 class Spectrum(Locked):
-    """Power spectrum of a scan, averaged over rings of wavenumbers; of a profile, along its axis.
+    """Power spectrum of a scan, averaged over rings of wavenumbers, or along one axis.
 
     The density is normalised so that its integral over the plane of wavenumbers is m0; for other
-    conventions see Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8.
+    conventions see Jacobs, Junge and Pastewka (2017), DOI 10.1088/2051-672X/aa51f8. The spectrum
+    along an axis, such as that of a profile, is one-sided and averaged over all profiles; its
+    integral is m0 less the variance of the means of the profiles.
     """
 
     wavenumber: Floats
-    """Wavenumbers q [rad/m] of the non-empty rings, rising."""
+    """Wavenumbers q = 2 pi/wavelength [rad/m] of the non-empty rings or along the axis, rising."""
     density: Floats
-    """Mean density C [m^4] of a ring; for a profile, the density along it [m^3]."""
+    """Mean density C [m^4] of a ring; along an axis, power per wavenumber [m^3]."""
     power: Floats
-    """Variance in each ring [m^2]; the sum is m0."""
-    axes: tuple[AxisSpectrum, ...]
+    """Variance in each ring, or in the band about each wavenumber [m^2]."""
+    waves: Floats
+    """Number of waves per ring [-], mirrored waves counted twice; 2 along an axis."""
+    axes: tuple[Spectrum, ...] = ()
     """Spectra along x and y; for a profile, along it."""
-    cutoff: float | None = None
-    long_cutoff: float | None = None
-    """Band of wavelengths [m] that conditioning has kept."""
-    waves: Floats = field(default_factory=lambda: np.zeros(0))
-    """Number of waves per ring [-], mirrored waves counted twice."""
 
     @property
     def relative_error(self) -> Floats:
@@ -97,9 +78,7 @@ def spectrum(scan: HeightMap) -> Spectrum:
         power = np.abs(np.fft.rfft(z)) ** 2
         power *= mirrored_counts(heights.size) / (heights.size * square)
         axis = _axis(power, heights.size, steps[0])
-        radial = axis.wavenumber, axis.density, axis.power
-        counts = lock(np.full(axis.wavenumber.size, 2.0))
-        return Spectrum(*radial, (axis,), scan.cutoff, scan.long_cutoff, counts)
+        return replace(axis, axes=(axis,))
     rows, columns = z.shape
     dx, dy = steps
     waves = np.fft.rfft2(z)
@@ -115,9 +94,8 @@ def spectrum(scan: HeightMap) -> Spectrum:
     along_y[1 : (rows + 1) // 2] += rows_power[: rows // 2 : -1]
     q, power, count = _rings(full, (dx, dy), columns)
     cell = (2.0 * math.pi) ** 2 / (rows * dx * columns * dy)
-    radial = lock(q), lock(power / (count * cell)), lock(power)
     axes = _axis(along_x, columns, dx), _axis(along_y, rows, dy)
-    return Spectrum(*radial, axes, scan.cutoff, scan.long_cutoff, lock(count))
+    return Spectrum(lock(q), lock(power / (count * cell)), lock(power), lock(count), axes)
 
 
 def _taper(count: int) -> Floats:
@@ -145,11 +123,11 @@ def mirrored_counts(count: int) -> Floats:
     return sides
 
 
-def _axis(power: Floats, count: int, step: float) -> AxisSpectrum:
+def _axis(power: Floats, count: int, step: float) -> Spectrum:
     unit = 2.0 * math.pi / (count * step)
     varying = power[1:].copy()  # without the mean along this axis
     q = unit * np.arange(1, varying.size + 1)
-    return AxisSpectrum(lock(q), lock(varying), lock(varying / unit))
+    return Spectrum(lock(q), lock(varying / unit), lock(varying), lock(np.full(q.size, 2.0)))
 
 
 def _rings(full: Floats, steps: tuple[float, float], columns: int) -> tuple[Floats, Floats, Floats]:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import replace
-from types import MappingProxyType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,8 +15,8 @@ from microslip._core.checks import Floats, plain, show, sized
 from microslip._core.errors import InputError
 from microslip._core.parameters import Parametric, is_fully_declared, parameters_of
 
-TWICE_ORDERS: Mapping[float, int] = MappingProxyType({k / 2: k for k in range(-1, 6)})
-"""Available orders n of the partial moments, as a map from n to 2 n."""
+ORDERS = (-0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5)
+"""Available orders of the partial moments."""
 
 
 class HeightDistribution(Parametric, ABC):
@@ -103,12 +101,11 @@ class HeightDistribution(Parametric, ABC):
         float or ndarray
             Moments [m^order], shape of ``threshold``.
         """
-        if not isinstance(order, numbers.Real) or order not in TWICE_ORDERS:
+        if not isinstance(order, numbers.Real) or order not in ORDERS:
             raise InputError(
-                f"`order` must be one of {', '.join(f'{n:g}' for n in TWICE_ORDERS)}, got "
-                f"{show(order)}"
+                f"`order` must be one of {', '.join(f'{n:g}' for n in ORDERS)}, got {show(order)}"
             )
-        return plain(self._moment(TWICE_ORDERS[order], sized("threshold", threshold)))
+        return plain(self._moment(int(2 * order), sized("threshold", threshold)))
 
     def probability_above(self, height: ArrayLike) -> Any:
         """Probability of a height above ``height`` [m] (19.5), for heights of any shape."""

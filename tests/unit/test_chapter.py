@@ -12,10 +12,11 @@ from pathlib import Path
 import make_figures
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import microslip as ms
-from microslip.chapter import KIND, LEFT_OUT, PLATES, DrawnFigure, Plate, select, write_figures
+from microslip.chapter import KIND, LEFT_OUT, PLATES, Plate, select, write_figures
 from microslip.chapter.joint import with_summits
 from microslip.chapter.rig import (
     HARMONIC,
@@ -39,12 +40,12 @@ all_plates = pytest.mark.parametrize("plate", PLATES, ids=lambda plate: plate.nu
 
 
 @lru_cache
-def drawn(number: str) -> DrawnFigure:
+def drawn(number: str) -> tuple[Figure, dict[str, np.ndarray]]:
     return NUMBERS[number].draw()
 
 
 def columns(number: str) -> dict[str, np.ndarray]:
-    return drawn(number).columns
+    return drawn(number)[1]
 
 
 # -- the list --------------------------------------------------------------------------------------
@@ -66,7 +67,7 @@ def test_every_figure_is_drawn_or_named() -> None:
 @pytest.mark.slow
 @all_plates
 def test_nothing_is_clipped(plate: Plate) -> None:
-    figure = drawn(plate.number).figure
+    figure = drawn(plate.number)[0]
     figure.draw_without_rendering()
     box = figure.get_tightbbox()  # of all that is drawn [in]
     width, height = figure.get_size_inches()
@@ -106,7 +107,7 @@ def test_roughness_figure() -> None:
     np.testing.assert_array_equal(data["height [m]"], z)
     assert abs(z.mean()) < 1e-20
     average = float(np.mean(np.abs(z)))
-    texts = [t.get_text() for t in drawn("19.6").figure.findobj(Text)]
+    texts = [t.get_text() for t in drawn("19.6")[0].findobj(Text)]
     assert f"this trace: Ra = {average / 1e-6:.2f} µm" in texts
     assert 0.3e-6 < average < 0.4e-6
     # The asperities are the peaks of the trace.
@@ -151,7 +152,7 @@ def test_the_overlay_is_identified() -> None:
         assert one.low < truth < one.high
     energy = result.dissipated_energy(result.amplitudes[1])
     assert energy.low < joint.dissipated_energy(result.amplitudes[1]) < energy.high
-    texts = [t.get_text() for t in drawn("19.22").figure.findobj(Text)]
+    texts = [t.get_text() for t in drawn("19.22")[0].findobj(Text)]
     assert any("κσ: bounded" in text for text in texts)
     assert any(text.endswith("made with μ 0.55,\nrig 100 N/µm") for text in texts)
 

@@ -15,9 +15,9 @@ from typing import Any
 from microslip._core.errors import InputError
 from microslip._version import __version__
 from microslip.chapter import contact, joint, loops, rig, sketches, surface
-from microslip.chapter.plate import DrawnFigure, Plate
+from microslip.chapter.plate import Plate
 
-__all__ = ["KIND", "LEFT_OUT", "PLATES", "DrawnFigure", "Plate", "select", "write"]
+__all__ = ["KIND", "LEFT_OUT", "PLATES", "Plate", "select", "write_figures"]
 
 KIND = "microslip-figures"
 """Kind of a folder of figures, stored in summary.json."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import SubFigure
 from matplotlib.patches import Patch, Wedge
 
 from microslip._core.checks import Floats
@@ -26,8 +27,7 @@ from microslip.chapter.plate import (
     STICK,
     STROKE,
     STUCK,
-    DrawnFigure,
-    Plate,
+    Columns,
     arrow,
     as_plate,
     words,
@@ -107,20 +107,20 @@ def zone_handles() -> list[Patch]:
 
 @as_plate(
     "19.2",
-    "cattaneo-traction",
+    4.1,
     "tangential traction in partial slip (Cattaneo)",
     "In the slip ring the traction is μp, the limit of friction; in the stick circle it is less "
     "by μ times the pressure of the circle alone.",
     contact_note("Displacement 0.6 δL from rest."),
 )
-def _cattaneo(plate: Plate) -> DrawnFigure:
+def _cattaneo_traction(body: SubFigure) -> Columns:
     joint = summit()
     fields = joint.fields(0.6 * joint.slip_limit)
     x = section(joint, fields)
     r = np.abs(x)
     bound, q = joint.friction_coefficient * joint.pressure(r), fields.traction(r)
     a, c = joint.contact_radius / MICRO, fields.stick_radius / MICRO
-    figure, body, axes = plate.sheet(4.1)
+    axes = body.subplots()
     shade(axes, fields)
     axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=STROKE, label="μp")
     axes.plot(x / MICRO, q / MEGA, color=BLUE, linewidth=2.0, label="q in partial slip")
@@ -134,18 +134,18 @@ def _cattaneo(plate: Plate) -> DrawnFigure:
     above.set_xticks([-a, -c, 0.0, c, a], ["−a", "−c", "0", "c", "a"])
     body.legend(loc="outside lower center", ncols=2)
     columns = {"x [m]": x, "friction times pressure [Pa]": bound, "tangential traction [Pa]": q}
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 @as_plate(
     "19.3",
-    "pressure-and-traction",
+    4.6,
     "pressure and tangential traction on the surface (Mindlin)",
     "As the force grows, the slip ring with the traction μp grows inwards. Without slip the "
     "traction would be infinite at the edge under any force.",
     contact_note("First loading."),
 )
-def _mindlin(plate: Plate) -> DrawnFigure:
+def _pressure_and_traction(body: SubFigure) -> Columns:
     joint = summit()
     shares = (0.25, 0.5, 0.75)
     states = [joint.fields(force=share * joint.force_limit) for share in shares]
@@ -156,7 +156,7 @@ def _mindlin(plate: Plate) -> DrawnFigure:
     welded[inside] = states[1].force / (2.0 * np.pi * a * np.sqrt(a * a - r[inside] ** 2))
     columns = {"x [m]": x, "pressure [Pa]": joint.pressure(r)}
     columns["friction times pressure [Pa]"] = joint.friction_coefficient * columns["pressure [Pa]"]
-    figure, body, axes = plate.sheet(4.6)
+    axes = body.subplots()
     axes.plot(x / MICRO, columns["pressure [Pa]"] / MEGA, color=INK, linewidth=2.0, label="p")
     bound = columns["friction times pressure [Pa]"]
     axes.plot(x / MICRO, bound / MEGA, color=INK, linestyle=STROKE, label="μp: q at T = μN")
@@ -173,18 +173,18 @@ def _mindlin(plate: Plate) -> DrawnFigure:
     above = axes.secondary_xaxis("top")
     above.set_xticks([-a / MICRO, 0.0, a / MICRO], ["−a", "0", "a"])
     body.legend(loc="outside lower center", ncols=3)
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 @as_plate(
     "19.10",
-    "contact-area",
+    3.5,
     "stick circle and slip ring of the contact",
     "Slip starts at the edge. After a reversal it starts there again in the other direction, "
     "while the ring that slipped before moves with the stick circle.",
     contact_note(),
 )
-def _contact_area(plate: Plate) -> DrawnFigure:
+def _contact_area(body: SubFigure) -> Columns:
     joint = summit()
     a = joint.contact_radius
     top, down = 0.75, 0.0
@@ -194,7 +194,6 @@ def _contact_area(plate: Plate) -> DrawnFigure:
         ("Unloaded to T = 0", joint.fields(force=[peak, down])),
         ("Loaded again to T = 0.4 × μN", joint.fields(force=[peak, down, 0.4 * joint.force_limit])),
     )
-    figure, body = plate.page(3.5)
     rows = []
     for index, (axes, (title, fields)) in enumerate(zip(body.subplots(1, 3), states, strict=True)):
         for zone in fields.zones:
@@ -226,4 +225,4 @@ def _contact_area(plate: Plate) -> DrawnFigure:
     body.legend(handles=zone_handles(), loc="outside lower center", ncols=4)
     names = ("state", "inner radius [m]", "outer radius [m]", "direction", "slips now")
     columns = dict(zip(names, np.array(rows, dtype=float).T, strict=True))
-    return DrawnFigure(figure, columns)
+    return columns

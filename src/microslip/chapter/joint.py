@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import SubFigure
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
@@ -23,8 +24,7 @@ from microslip.chapter.plate import (
     PENS,
     RED,
     STROKE,
-    DrawnFigure,
-    Plate,
+    Columns,
     as_plate,
     cross,
     words,
@@ -48,16 +48,16 @@ def joint_note(addition: str = "") -> str:
 
 @as_plate(
     "19.19",
-    "interface-loops",
+    4.3,
     "force against displacement of the whole interface",
     "Without the kinks of single summits: some slip while others stick, and the transition to "
     "gross slip is smooth.",
     joint_note(),
 )
-def _loops(plate: Plate) -> DrawnFigure:
+def _interface_loops(body: SubFigure) -> Columns:
     joint = worked_example()
     amplitudes = (0.15e-6, 0.4e-6, 1e-6, 2e-6)
-    figure, body, axes = plate.sheet(4.3)
+    axes = body.subplots()
     columns: dict[str, Floats] = {}
     for top, look in zip(amplitudes, PENS, strict=False):
         name = f"±{engineering(top, 'm', trim=True)}"
@@ -73,7 +73,7 @@ def _loops(plate: Plate) -> DrawnFigure:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     axes.set_xlim(-2.55, 2.55)
     body.legend(loc="outside lower center", ncols=4)
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 def with_summits(joint: Interface, count: float) -> Interface:
@@ -89,7 +89,7 @@ def with_summits(joint: Interface, count: float) -> Interface:
 
 @as_plate(
     "19.20",
-    "number-of-asperities",
+    4.6,
     "number of asperities in contact at one normal load",
     "One asperity that carries the whole load is soft, and 1 µm is far below its slip limit. The "
     "more asperities share the load, the stiffer the joint is, and the closer its loop is to "
@@ -98,10 +98,10 @@ def with_summits(joint: Interface, count: float) -> Interface:
     "from 0.001 to 0.670.",
     joint_note("Amplitude 1 µm. The density of summits is changed, nothing else."),
 )
-def _many_summits(plate: Plate) -> DrawnFigure:
+def _number_of_asperities(body: SubFigure) -> Columns:
     joint = worked_example()
     top = 1e-6
-    figure, body, axes = plate.sheet(4.6)
+    axes = body.subplots()
     record = path(top, -top, top, samples=200)
     columns = {"displacement [m]": record}
     for count, look in zip((1.0, 100.0, 500.0, 2000.0, 20000.0), PENS, strict=True):
@@ -119,22 +119,12 @@ def _many_summits(plate: Plate) -> DrawnFigure:
     cross(axes)
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [kN]")
     body.legend(loc="outside lower center", ncols=3, title="Asperities in contact")
-    return DrawnFigure(figure, columns)
-
-
-def _even_cells(joint: Interface, count: int) -> Iwan:
-    """Return an Iwan model with the stiffness and force limit of a joint.
-
-    The yield displacements of its ``count`` cells are evenly spaced.
-    """
-    share = joint.tangential_stiffness / count
-    yields = (np.arange(count) + 0.5) / count * 2.0 * joint.force_limit / joint.tangential_stiffness
-    return Iwan(np.full(count, share), share * yields)
+    return columns
 
 
 @as_plate(
     "19.21",
-    "iwan-and-coulomb",
+    4.6,
     "Coulomb's law, Iwan's cells and one asperity",
     "The distribution of the cells matters, not their number. Cells fitted to the sliders of the "
     "asperity converge to it with their number; evenly spread cells of the same stiffness and "
@@ -142,10 +132,10 @@ def _even_cells(joint: Interface, count: int) -> Iwan:
     "that of a single asperity.",
     one_summit("Amplitude 1.6 δL; 1, 3 and 12 cells as Asperity.to_iwan gives them."),
 )
-def _likeness(plate: Plate) -> DrawnFigure:
+def _iwan_and_coulomb(body: SubFigure) -> Columns:
     joint = summit()
     top = 1.6 * joint.slip_limit
-    figure, body, axes = plate.sheet(4.6)
+    axes = body.subplots()
     record = path(top, -top, top, samples=300)
     columns = {"displacement [m]": record}
     box = np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([1.0, 1.0, -1.0, -1.0, 1.0])
@@ -159,9 +149,12 @@ def _likeness(plate: Plate) -> DrawnFigure:
         # The asperity nearly covers the line of 12 cells, which is therefore wider.
         width = 2.8 if cells == 12 else 1.4
         axes.plot(record / MICRO, force, linewidth=width, label=label, **look)
-    columns["force of 1000 even cells [N]"] = _even_cells(joint, 1000).force(record)
-    even, label = columns["force of 1000 even cells [N]"], "Iwan, 1000 cells, evenly spread"
-    axes.plot(record / MICRO, even, label=label, **PENS[4])
+    # Cells of the same stiffness and force limit, with evenly spaced yield displacements.
+    share = joint.tangential_stiffness / 1000
+    yields = (np.arange(1000) + 0.5) / 1000 * 2.0 * joint.force_limit / joint.tangential_stiffness
+    even = Iwan(np.full(1000, share), share * yields).force(record)
+    columns["force of 1000 even cells [N]"] = even
+    axes.plot(record / MICRO, even, label="Iwan, 1000 cells, evenly spread", **PENS[4])
     columns["force of one asperity [N]"] = joint.force(record)
     axes.plot(
         record / MICRO, columns["force of one asperity [N]"], color=INK, linewidth=1.0,
@@ -171,24 +164,23 @@ def _likeness(plate: Plate) -> DrawnFigure:
     axes.set(xlabel="Tangential displacement δ [µm]", ylabel="Tangential force T [N]")
     axes.set_ylim(-1.15 * joint.force_limit, 1.15 * joint.force_limit)
     body.legend(loc="outside lower center", ncols=3)
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 @as_plate(
     "19.23",
-    "dissipated-energy",
+    5.4,
     "dissipated energy against amplitude",
     "Cubic for small amplitudes, linear in full sliding. The local exponent falls from 3 to 1 and "
     "passes the chapter's parabola, exponent 2, at one amplitude only.",
     joint_note(),
 )
-def _energy(plate: Plate) -> DrawnFigure:
+def _dissipated_energy(body: SubFigure) -> Columns:
     joint = worked_example()
     a: Floats = np.geomspace(1e-9, 1e-4, 400)
     lost, exponent = joint.dissipated_energy(a), joint.dissipation_exponent(a)
     cubic = 2.0 / 3.0 * joint.sliders().density(0.0) * a**3
     linear = 4.0 * joint.force_limit * a
-    figure, body = plate.page(5.4)
     above, below = body.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     above.plot(a / MICRO, lost, color=BLUE, linewidth=2.0, label="the model")
     near = cubic < 30.0 * lost
@@ -212,20 +204,20 @@ def _energy(plate: Plate) -> DrawnFigure:
     body.align_ylabels([above, below])
     body.legend(loc="outside lower center", ncols=3)
     columns = {"amplitude [m]": a, "dissipated energy [J]": lost, "local exponent": exponent}
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 @as_plate(
     "19.24",
-    "damping-ratio",
+    4.2,
     "the chapter's damping ratio, which is the loss factor",
     "It grows with the amplitude towards 4/π, the value of Coulomb friction. It is "
     "the loss factor; the ratio to critical damping is half of it (scale on the right).",
     joint_note("Other loads: the same surface."),
 )
-def _damping(plate: Plate) -> DrawnFigure:
+def _damping_ratio(body: SubFigure) -> Columns:
     a = np.geomspace(1e-9, 1e-4, 400)
-    figure, body, axes = plate.sheet(4.2)
+    axes = body.subplots()
     columns = {"amplitude [m]": a}
     for load, look in zip((500.0, 2000.0, 5000.0), PENS, strict=False):
         eta = columns[f"loss factor at {load:g} N"] = worked_example(load).loss_factor(a)
@@ -240,4 +232,4 @@ def _damping(plate: Plate) -> DrawnFigure:
     right = axes.secondary_yaxis("right", functions=to_ratio)
     right.set_ylabel("Damping ratio ζ = η/2 [–]")
     body.legend(loc="outside lower center", ncols=3, title="Normal load")
-    return DrawnFigure(figure, columns)
+    return columns

@@ -7,8 +7,9 @@ import textwrap
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib import rcParams, style
@@ -18,29 +19,23 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
 from microslip.figures.matplotlib_figure import STYLE
+from microslip.figures.plot import COLORS, DASHES
 
 Columns = dict[str, NDArray[np.float64]]
+"""Plotted numbers: columns of equal length by heading with unit."""
 MICRO, MILLI, KILO, MEGA = 1e-6, 1e-3, 1e3, 1e6
 
 GREY, LIGHT = "#555555", "#999999"
-INK, BLUE, RED, GREEN, PINK, GOLD = (
-    "#000000",
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-)
+INK, BLUE, RED, GREEN, PINK, GOLD = COLORS
 """Okabe-Ito colours of the style, by name."""
 STICK, STUCK, SLIP, BACK = "#dcebf5", "#f6f6f6", "#f6d9c6", "#d4d4d4"
 """Fills of zones that stick, stick again, slip, and slip in reverse."""
 HATCH = "#b98a6d"
 STROKE = (0, (4, 2))
 DOTS = (0, (1, 1.5))
-LINES = ("-", (0, (6, 2)), (0, (1, 1)), (0, (6, 2, 1, 2)), (0, (3, 1)))
 PENS: tuple[dict[str, Any], ...] = tuple(
-    {"color": color, "linestyle": line}
-    for color, line in zip((INK, BLUE, RED, GREEN, PINK), LINES, strict=True)
+    {"color": color, "linestyle": (0, dash) if dash else "-"}
+    for color, dash in zip(COLORS[:5], DASHES, strict=False)
 )
 """Line styles of a family of curves, distinguished by colour and dashes."""
 
@@ -48,15 +43,6 @@ PENS: tuple[dict[str, Any], ...] = tuple(
 # Text as outlines, because it has subscripts in mathtext.
 _LOOK: list[Any] = ["default", STYLE, {"hatch.linewidth": 0.5, "svg.fonttype": "path"}]
 """Style in addition to Matplotlib's defaults, independent of the user's matplotlibrc."""
-
-
-class DrawnFigure(NamedTuple):
-    """Figure and the numbers that are plotted in it."""
-
-    figure: Figure
-    """The figure, with a canvas."""
-    columns: Columns
-    """Columns of equal length by heading with unit; empty for a sketch."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +53,8 @@ class Plate:
     ----------
     number : str
         Number in the chapter, such as "19.13".
-    name : str
-        Stem of the file names, joined by hyphens.
+    height : float
+        Height of the figure [in].
     title : str
         Heading.
     caption : str
@@ -76,61 +62,52 @@ class Plate:
     parameters : str
         Assumptions, because the axes of the chapter have no numbers.
     drawing : callable
-        Function that draws the figure.
+        Function that draws the figure and returns its data, empty for a sketch. Its name is that
+        of the files.
     """
 
     number: str
-    name: str
+    height: float
     title: str
     caption: str
     parameters: str
-    drawing: Callable[[Plate], DrawnFigure]
+    drawing: Callable[[SubFigure], Columns]
 
     @property
     def stem(self) -> str:
         """File name without suffix."""
-        return f"{self.number}-{self.name}"
+        return f"{self.number}-{self.drawing.__name__[1:].replace('_', '-')}"
 
     @property
     def command(self) -> str:
         """Command that creates the figure."""
         return f"microslip figures --only {self.number}"
 
-    def page(self, height: float) -> tuple[Figure, SubFigure]:
-        """Return a figure ``height`` [in] high, and the subfigure in which axes are to be drawn.
-
-        The title is above the axes. The assumptions are below, outside the subfigure.
-        """
-        figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), height))
-        FigureCanvasAgg(figure)
-        # Non-breaking spaces keep numbers with their names and units.
-        text = re.sub(
-            r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters
-        )
-        text = textwrap.fill(text, 108)
-        foot = 0.06 + 0.14 * len(text.splitlines())
-        parts = figure.subfigures(2, 1, height_ratios=[height - foot, foot])
-        body, below = np.ravel(np.asarray(parts))
-        body.suptitle(f"Fig. {self.number}: {self.title}", fontsize=10)
-        below.text(0.5, 0.5, subscripts(text), fontsize=7.5, color=GREY, ha="center", va="center")
-        return figure, body
-
-    def sheet(self, height: float) -> tuple[Figure, SubFigure, Axes]:
-        """Return a figure and a subfigure as :meth:`page` does, with a single pair of axes."""
-        figure, body = self.page(height)
-        return figure, body, body.subplots()
-
-    def draw(self) -> DrawnFigure:
-        """Draw the figure."""
+    def draw(self) -> tuple[Figure, Columns]:
+        """Draw the figure with its title above and its assumptions below; return also its data."""
         with style.context(_LOOK):
-            return self.drawing(self)
+            figure = Figure(figsize=(float(rcParams["figure.figsize"][0]), self.height))
+            FigureCanvasAgg(figure)
+            # Non-breaking spaces keep numbers with their names and units.
+            text = re.sub(
+                r" (=) |(?<=\d) (?=\S)", lambda m: "\xa0=\xa0" if m[1] else "\xa0", self.parameters
+            )
+            text = textwrap.fill(text, 108)
+            foot = 0.06 + 0.14 * len(text.splitlines())
+            parts = figure.subfigures(2, 1, height_ratios=[self.height - foot, foot])
+            body, below = np.ravel(np.asarray(parts))
+            body.suptitle(f"Fig. {self.number}: {self.title}", fontsize=10)
+            below.text(
+                0.5, 0.5, subscripts(text), fontsize=7.5, color=GREY, ha="center", va="center"
+            )
+            return figure, self.drawing(body)
 
     def write(self, folder: Path) -> list[str]:
         """Draw the figure and write it as SVG and PNG, and its data as CSV."""
         names = [f"{self.stem}.svg", f"{self.stem}.png"]
         with style.context(_LOOK), warnings.catch_warnings():
             warnings.filterwarnings("error", "constrained_layout not applied", UserWarning)
-            figure, columns = self.drawing(self)
+            figure, columns = self.draw()
             _fix_layout(figure)
             figure.savefig(folder / names[0], metadata={"Date": None, "Creator": None})
             figure.savefig(folder / names[1], metadata={"Software": None})
@@ -157,10 +134,10 @@ def _fix_layout(figure: Figure) -> None:
 
 
 def as_plate(
-    number: str, name: str, title: str, caption: str, parameters: str
-) -> Callable[[Callable[[Plate], DrawnFigure]], Plate]:
+    number: str, height: float, title: str, caption: str, parameters: str
+) -> Callable[[Callable[[SubFigure], Columns]], Plate]:
     """Decorate a drawing function to make it a figure of the chapter."""
-    return lambda drawing: Plate(number, name, title, caption, parameters, drawing)
+    return partial(Plate, number, height, title, caption, parameters)
 
 
 def subscripts(text: str) -> str:

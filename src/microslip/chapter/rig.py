@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from matplotlib.figure import SubFigure
 
 from microslip._core.checks import Floats
 from microslip._core.units import engineering, significant
@@ -24,8 +25,7 @@ from microslip.chapter.plate import (
     PENS,
     RED,
     STROKE,
-    DrawnFigure,
-    Plate,
+    Columns,
     as_plate,
     cross,
     words,
@@ -76,16 +76,16 @@ def _assumed(addition: str) -> str:
 
 @as_plate(
     "19.7",
-    "normalised-loops",
+    4.6,
     "normalised force against displacement (synthetic)",
     "At all loads gross slip has the same T/N, here 2 % beyond μ and −μ because of the ripple of "
     "the load. The oblique parts, which differ in length, are the deflection of the rig. The "
     "contact alone would reach gross slip within a micrometre.",
     _assumed("Amplitude 40 µm, 10 Hz; other loads: the same surface."),
 )
-def _normalised(plate: Plate) -> DrawnFigure:
+def _normalised_loops(body: SubFigure) -> Columns:
     top = 4e-5
-    figure, body, axes = plate.sheet(4.6)
+    axes = body.subplots()
     columns: dict[str, Floats] = {}
     for seed, (load, look) in enumerate(zip((500.0, 1000.0, 2000.0, 5000.0), PENS, strict=False)):
         rig = virtual_rig(worked_example(load), seed)
@@ -108,7 +108,7 @@ def _normalised(plate: Plate) -> DrawnFigure:
     axes.set(xlim=(-46.0, 46.0), ylim=(-0.68, 0.68))
     words(axes, "synthetic", -45.0, 0.62, ha="left", color=GREY, fontstyle="italic")
     body.legend(loc="outside lower center", ncols=4, title="Static normal load N")
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 @lru_cache(maxsize=1)
@@ -124,7 +124,7 @@ def identified() -> Identification:
 
 @as_plate(
     "19.22",
-    "measured-and-model",
+    5.8,
     "a record over the model (synthetic)",
     "The law of the joint and the rig in series, fitted to one record at one load; the joint "
     "alone follows from the stiffness of the rig, which is given to 2 %. The interval of the "
@@ -136,11 +136,10 @@ def identified() -> Identification:
         f"Amplitude {OVERLAY / MICRO:g} µm, {_FREQUENCY:g} Hz, {CYCLES} cycles, the first left out."
     ),
 )
-def _overlay(plate: Plate) -> DrawnFigure:
+def _measured_and_model(body: SubFigure) -> Columns:
     result = identified()
     record = result.records[0]
     x, force, model, residual = record.displacement, record.measured, record.model, record.residual
-    figure, body = plate.page(5.8)
     above, below = body.subplots(2, 1, sharex=True, height_ratios=[2.2, 1.0])
     above.plot(
         x / MICRO, force / KILO, "o", color=BLUE, markersize=3.0, markerfacecolor="none",
@@ -184,7 +183,7 @@ def _overlay(plate: Plate) -> DrawnFigure:
         "force of model and rig [N]": model,
         "residual [N]": residual,
     }
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 def _identified_text(result: Identification) -> str:

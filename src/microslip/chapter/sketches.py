@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import SubFigure
 from matplotlib.patches import Circle, Polygon, Rectangle
 
 from microslip._core.checks import Floats
@@ -16,8 +17,7 @@ from microslip.chapter.plate import (
     LIGHT,
     RED,
     STROKE,
-    DrawnFigure,
-    Plate,
+    Columns,
     arrow,
     as_plate,
     words,
@@ -59,14 +59,13 @@ def _interface(axes: Axes, start: tuple[float, float], end: tuple[float, float])
 
 @as_plate(
     "19.1",
-    "joints",
+    2.45,
     "joints that damp",
     "Wherever two clamped surfaces (red) are sheared, they slip at their edges long before "
     "they slide.",
     "A sketch.",
 )
-def _joints(plate: Plate) -> DrawnFigure:
-    figure, body = plate.page(2.45)
+def _joints(body: SubFigure) -> Columns:
     first, second, third = body.subplots(1, 3)
 
     _blank(first, 6.0, 4.95, "(a) bolted lap joint", 1.05)
@@ -106,20 +105,20 @@ def _joints(plate: Plate) -> DrawnFigure:
         arrow(axes, (5.1, 2.2), (5.9, 2.2))
         words(axes, "F", 0.5, 3.1)
         words(axes, "F", 5.5, 2.5)
-    return DrawnFigure(figure, {})
+    return {}
 
 
 @as_plate(
     "19.4",
-    "tribometer",
+    3.7,
     "the tribometer",
     "The jack moves the lower sample under the fixed upper one. The sensors enclose more "
     "than the contact, so every record includes the compliance of the rig.",
     "A sketch of the principle after the chapter's section 2.1, not of the machine; the place "
     "of the force cell is assumed.",
 )
-def _tribometer(plate: Plate) -> DrawnFigure:
-    figure, _, axes = plate.sheet(3.7)
+def _tribometer(body: SubFigure) -> Columns:
+    axes = body.subplots()
     _blank(axes, 12.0, 5.6)
     _support(axes, 0.3, 0.55, 11.4)
     # In line: the jack with its transducer, the force cell and the moving sample.
@@ -156,7 +155,7 @@ def _tribometer(plate: Plate) -> DrawnFigure:
         arrowprops={"arrowstyle": "-", "color": RED, "linewidth": 0.9},
         bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"},
     )  # fmt: skip
-    return DrawnFigure(figure, {})
+    return {}
 
 
 def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats, Floats]:
@@ -167,13 +166,13 @@ def _cap(center: float, top: float, radius: float, floor: float) -> tuple[Floats
 
 @as_plate(
     "19.8",
-    "rough-surface",
+    3.1,
     "a rough surface against a rigid plane",
     "Only summits above the separation touch; each is indented by its height above it.",
     "A sketch: heights are exaggerated against widths.",
 )
-def _rough_surface(plate: Plate) -> DrawnFigure:
-    figure, _, axes = plate.sheet(3.1)
+def _rough_surface(body: SubFigure) -> Columns:
+    axes = body.subplots()
     _blank(axes, 12.0, 4.3)
     plane, mean, floor, radius = 2.9, 1.75, 0.7, 0.55
     tops = (1.35, 2.2, 3.2, 1.9, 2.55, 3.35, 1.6, 2.45, 3.1, 1.95)
@@ -212,19 +211,19 @@ def _rough_surface(plate: Plate) -> DrawnFigure:
     low = float(centers[7])
     arrow(axes, (low, tops[7] - radius), (low + 0.3, tops[7] - 0.075), linewidth=0.9)
     words(axes, "ρ", low - 0.08, tops[7] - 0.35)
-    return DrawnFigure(figure, {})
+    return {}
 
 
 @as_plate(
     "19.9",
-    "single-asperity",
+    3.9,
     "the contact of one asperity",
     "The sphere is pressed in by δ_ni over a circle of radius a_i, which is narrower than "
     "where the plane would cut it.",
     "A sketch.",
 )
-def _single_asperity(plate: Plate) -> DrawnFigure:
-    figure, _, axes = plate.sheet(3.9)
+def _single_asperity(body: SubFigure) -> Columns:
+    axes = body.subplots()
     _blank(axes, 10.0, 5.6)
     radius, plane, depth, center = 2.6, 3.3, 0.42, 4.6
     angle = np.linspace(math.radians(205.0), math.radians(-25.0), 400)
@@ -262,4 +261,4 @@ def _single_asperity(plate: Plate) -> DrawnFigure:
     arrow(axes, (0.9, 0.7), (0.9, 1.7), linewidth=0.9)
     words(axes, "x", 2.1, 0.7)
     words(axes, "y", 0.9, 1.95)
-    return DrawnFigure(figure, {})
+    return {}

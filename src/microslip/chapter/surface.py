@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from matplotlib.figure import SubFigure
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
@@ -20,8 +21,7 @@ from microslip.chapter.plate import (
     SLIP,
     STICK,
     STROKE,
-    DrawnFigure,
-    Plate,
+    Columns,
     as_plate,
     words,
 )
@@ -56,19 +56,18 @@ def _heights_assumed() -> str:
 
 @as_plate(
     "19.18",
-    "gaussian-heights",
+    3.7,
     "(a) normal distribution of summit heights, (b) its distribution function",
     "The summits above the separation δn are in contact: the hatched area in (a), one "
     "minus the value in (b).",
     _heights_assumed(),
 )
-def _heights(plate: Plate) -> DrawnFigure:
+def _gaussian_heights(body: SubFigure) -> Columns:
     joint, law = worked_example(), Gaussian(SPREAD)
     d = joint.separation
     share = float(law.probability_above(d))
     y = np.union1d(np.linspace(-3.5, 3.5, 701) * SPREAD, [d])
     density, below = law.pdf(y), law.cdf(y)
-    figure, body = plate.page(3.7)
     density_axes, right = body.subplots(1, 2)
     density_axes.plot(y / MICRO, density * MICRO, color=BLUE, linewidth=1.8)
     touching = y >= d
@@ -98,7 +97,7 @@ def _heights(plate: Plate) -> DrawnFigure:
             textcoords="offset points", ha="left", va="top", color=GREY,
         )  # fmt: skip
     columns = {"height [m]": y, "density [1/m]": density, "distribution function": below}
-    return DrawnFigure(figure, columns)
+    return columns
 
 
 def synthetic_profile(seed: int = 19) -> tuple[Floats, Floats]:
@@ -166,7 +165,7 @@ def _assumed_profile() -> str:
 
 @as_plate(
     "19.6",
-    "roughness",
+    3.7,
     "(a) roughness of the surface, (b) probability of asperity heights (synthetic)",
     "A profile as rough as the chapter's milled sample, whose Ra is below 0.4 µm. The asperities "
     "in (b) are the peaks of the profile, above its mean line on average; the heights of all its "
@@ -174,7 +173,7 @@ def _assumed_profile() -> str:
     "worked example; they are somewhat sharper, and their heights spread a quarter less.",
     _assumed_profile(),
 )
-def _roughness(plate: Plate) -> DrawnFigure:
+def _roughness(body: SubFigure) -> Columns:
     x, z = synthetic_profile()
     edges = np.linspace(-1.6e-6, 1.6e-6, 17)
     peaks = is_peak(z)
@@ -182,7 +181,6 @@ def _roughness(plate: Plate) -> DrawnFigure:
     density = counts / peaks.sum() / np.diff(edges)
     law = Gaussian(ROUGHNESS)
     percent = 100.0 * MICRO  # from 1/m to % per micrometre
-    figure, body = plate.page(3.7)
     profile_axes, right = body.subplots(1, 2, sharey=True, width_ratios=[2.2, 1.0])
     profile_axes.plot(x / MILLI, z / MICRO, color=BLUE, linewidth=0.9)
     profile_axes.plot(
@@ -217,4 +215,4 @@ def _roughness(plate: Plate) -> DrawnFigure:
         "density of peaks at this height [1/m]": peak_density(z),
         "density of heights at this height [1/m]": law.pdf(z),
     }
-    return DrawnFigure(figure, columns)
+    return columns

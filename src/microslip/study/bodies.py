@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -71,12 +71,17 @@ class BoltsPart(TightenedBolts):
     )
 
     def check(self, place: Place) -> None:
-        """Set the dimensions that follow from the bolt size, and check the positions."""
+        """Set the dimensions that follow from the bolt size; check the number of positions."""
         if self.size is not None:
             given = {name: getattr(self, name) for name in SIZED}
             self.__dict__.update(by_size(self.size, self.thread_friction, **given))
         super().check(place)
-        check_places(self.positions, self.across)
+        along = self.positions or ()
+        if self.across is not None and len(self.across) != len(along):
+            raise KeyedError(
+                ".across",
+                f"wanted one position per bolt, {len(along)} in all, got {len(self.across)}",
+            )
 
     def build(self) -> Bolts:
         """Return the bolts of a lap joint."""
@@ -88,15 +93,6 @@ class BoltsPart(TightenedBolts):
         along = self.positions or ()
         places = along if self.across is None else np.stack([along, self.across], axis=1)
         return Bolts(places, **{k: v for k, v in sizes.items() if v is not None})
-
-
-def check_places(along: Sequence[float] | None, across: Sequence[float] | None) -> None:
-    """Raise an error unless there are as many positions across the lap as along it."""
-    if across is not None and len(across) != len(along or ()):
-        raise KeyedError(
-            ".across",
-            f"wanted one position per bolt, {len(along or ())} in all, got {len(across)}",
-        )
 
 
 _MOST_ITEMS = 200

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, cast
@@ -21,7 +21,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.drawn_face import DrawnSurface
 from microslip.study.joints import Joint
 from microslip.study.measured_face import MeasuredFace
-from microslip.study.readers import KeyedError
+from microslip.study.readers import KeyedError, as_keyed
 from microslip.study.schema import GROUPS, UncertaintyPart
 from microslip.study.uncertain import (
     at_central_values,
@@ -54,9 +54,7 @@ def build_surface(study: StudyDescription, progress: Progress | None = None) -> 
     pressure = getattr(study.joint, "pressure", None)
     if isinstance(surface, DrawnSurface) and surface.tightening_pressure is None and pressure:
         with naming_key(study, "joint.pressure"):  # bolts tighten before their joint embeds
-            spread = pressure.spread()
-            largest = float((spread.shares / spread.areas).max()) * (pressure.tightening or 0.0)
-            law = law._under(largest * surface.area)
+            law = law._under(pressure.largest(pressure.tightening or 0.0) * surface.area)
     return law
 
 
@@ -77,8 +75,7 @@ def _largest_pressure(study: StudyDescription, surface: MeasuredFace) -> float:
     largest, pressure = max(map(float, study.joint.normal_load)), study.joint.pressure
     if pressure is None:
         return largest / surface.apparent_area
-    spread = pressure.spread()  # bolts tighten before their joint embeds
-    return float((spread.shares / spread.areas).max()) * (pressure.tightening or largest)
+    return pressure.largest(pressure.tightening or largest)  # bolts tighten before they embed
 
 
 def build_joints(study: StudyDescription, progress: Progress | None = None) -> list[Interface]:
@@ -103,7 +100,7 @@ def build_joints(study: StudyDescription, progress: Progress | None = None) -> l
 
 
 @contextmanager
-def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> Iterator[None]:
+def naming_key(study: StudyDescription, key: str, names: Container[str] = ()) -> Iterator[None]:
     """Return a context that turns an InputError into a StudyError about a key of the study.
 
     If the error is about an argument in ``names``, the name of the argument is appended to ``key``.
@@ -111,11 +108,7 @@ def naming_key(study: StudyDescription, key: str, names: Iterable[str] = ()) -> 
     try:
         yield
     except InputError as error:
-        text, name = error.text, error.argument
-        if name is not None and (name in names or key.split(",")[0].endswith(name)):
-            text = error.statement
-            key = f"{key}.{name}" if name in names else key
-        message = " ".join(text.replace("`", "").split())
+        key, message = as_keyed(error, key, names)
         raise StudyError(f"{study.name}: {key}: {message}") from error
 
 

@@ -18,7 +18,7 @@ from microslip.study.pressure import set_clamped_materials
 from microslip.study.readers import KeyedError, Place, ReadState
 from microslip.study.schema import StudyTables
 from microslip.study.structure import StructurePart
-from microslip.study.toml_text import Override, apply, dump, read_text, relocated_text, tables_of
+from microslip.study.toml_text import apply, dump, read_text, relocated_text, tables_of
 
 
 class StudyDescription(StudyTables):
@@ -39,7 +39,7 @@ class StudyDescription(StudyTables):
         tables: dict[str, Any],
         name: str = "study",
         folder: Path | None = None,
-        changes: Sequence[Override] = (),
+        notes: Sequence[str] = (),
     ) -> None:
         """Validate tables as read from a file, and set the attributes of this empty study."""
         reading = ReadState(folder)
@@ -48,13 +48,13 @@ class StudyDescription(StudyTables):
             with place.located():
                 read = self.read(with_metals(tables, reading), place)
         except KeyedError as error:
-            where = f"{error.key}{_override_of(error.key, changes)}: " if error.key else ""
+            where = f"{error.key}: " if error.key else ""
             raise StudyError(f"{name}: {where}{error}") from None
         self.__dict__.update(read.__dict__)
         self._name = name
         self._tables = tables
         self._folder = folder or Path()
-        self._notes = (*(change.note for change in changes), *reading.notes)
+        self._notes = (*notes, *reading.notes)
 
     def check(self, place: Place) -> None:
         """Set the default load, and reject invalid combinations of tables."""
@@ -172,22 +172,13 @@ class StudyDescription(StudyTables):
             raise StudyError(
                 f"{name}: wanted a study, got none; microslip new NAME.toml writes one"
             )
-        changes: list[Override] = []
+        notes: list[str] = []
         if overrides:
             try:
-                text, data, changes = apply(overrides, text, data)
+                text, data, notes = apply(overrides, text, data)
             except StudyError as error:
                 raise StudyError(f"{name}: {error}") from None
         study = cls.__new__(cls)
-        study._fill(data, name, None if folder is None else Path(folder), changes)
+        study._fill(data, name, None if folder is None else Path(folder), notes)
         study._text = text
         return study
-
-
-def _override_of(key: str, changes: Sequence[Override]) -> str:
-    """Return, in parentheses, the text of the override that set a key; "" if none did."""
-    path = f"{key.split(', item')[0]}."
-    for change in reversed(changes):
-        if path.startswith(f"{change.blamed}.") or f"{change.blamed}.".startswith(path):
-            return f' (override "{shorten(change.text, 80)}")'
-    return ""

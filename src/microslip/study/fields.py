@@ -106,12 +106,6 @@ COLUMN_UNIT = option(
 )
 
 
-class SiValues(tuple[float, ...]):
-    """Numbers in SI units from a file, which a :class:`Numbers` reader does not convert again."""
-
-    __slots__ = ()
-
-
 class CsvColumn(Part):
     """A column of a CSV file; its unit is in the header, as in "x [um]", or in the key ``unit``."""
 
@@ -119,14 +113,14 @@ class CsvColumn(Part):
     column: str = key(COLUMN)
     unit: str | None = key(COLUMN_UNIT)
 
-    def values(self, declared: Number, place: Place) -> SiValues:
+    def values(self, declared: Number, place: Place) -> tuple[float, ...]:
         """Return the values of the column [SI unit of the declared quantity]."""
         return column_values(declared, place, self.file, self.column, self.unit)
 
 
 def column_values(
     declared: Number, place: Place, file_name: str, column_name: str, unit: str | None = None
-) -> SiValues:
+) -> tuple[float, ...]:
     """Return a column of a file in SI units; a note of its source is added to the study."""
     reading, name = place.reading, shorten(file_name, 100)
     here = reading.path(file_name)
@@ -145,7 +139,7 @@ def column_values(
         f'{place.key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
         f"unit {unit}."
     )
-    return SiValues(values)
+    return tuple(values)
 
 
 class Numbers(ListOf):
@@ -158,8 +152,6 @@ class Numbers(ListOf):
 
     def read(self, raw_value: object, place: Place) -> Any:
         """Return a tuple of SI values."""
-        if isinstance(raw_value, SiValues):
-            return raw_value
         if isinstance(raw_value, dict):
             return CsvColumn.read(raw_value, place).values(self.declared, place)
         return super().read(raw_value, place)

@@ -87,10 +87,5 @@ def _with_parts(schema: JsonSchema, change: Callable[[JsonSchema], JsonSchema]) 
     return changed
 
 
-def print_schema() -> None:
-    """Print the schema."""
-    print(json.dumps(json_schema(), indent=1))
-
-
 if __name__ == "__main__":
-    print_schema()
+    print(json.dumps(json_schema(), indent=1))

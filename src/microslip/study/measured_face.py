@@ -108,15 +108,7 @@ class MeasuredFace(SurfaceTable):
     _patch: float | None = None  # side of the patches of a structure [m]
 
     def check(self, place: Place) -> None:
-        """Read the scan; record an error if it is a profile."""
-        self._read(place)
-        if self.read_scan.is_profile:
-            raise KeyedError(
-                ".scan",
-                "wanted an areal scan, got a profile, which cannot be solved point by point",
-            )
-
-    def _read(self, place: Place) -> None:
+        """Read the scan; raise an error if it is a profile."""
         from microslip.surfaces import Scan
 
         reading, name = place.reading, shorten(self.scan, 100)
@@ -130,8 +122,12 @@ class MeasuredFace(SurfaceTable):
                 channel=self.channel,
                 valid=None if self.valid is None else (self.valid[0], self.valid[1]),
             )
-            if not scan.is_profile:
-                scan = scan.repaired().condition(crop=self.crop)
+            if scan.is_profile:
+                raise KeyedError(
+                    ".scan",
+                    "wanted an areal scan, got a profile, which cannot be solved point by point",
+                )
+            scan = scan.repaired().condition(crop=self.crop)
         except InputError as error:
             message = " ".join(str(error).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"

@@ -173,6 +173,11 @@ class PressurePart(Part):
         """Return the pressure distribution; axisymmetric ones are divided into ``rings``."""
         raise NotImplementedError
 
+    def largest(self, load: float) -> float:
+        """Return the largest pressure [Pa] under a normal load [N]."""
+        spread = self.spread()
+        return float((spread.shares / spread.areas).max()) * load
+
     def solid_stiffness(self, pair: MaterialPair, area: float) -> tuple[float, float]:
         """Return normal and tangential stiffness [N/m] of the bodies behind the contact.
 

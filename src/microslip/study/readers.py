@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -60,7 +60,7 @@ class Place(NamedTuple):
         return self._replace(key=f"{self.key}, item {index}")
 
     @contextmanager
-    def located(self, names: Sequence[str] = ()) -> Iterator[None]:
+    def located(self, names: Container[str] = ()) -> Iterator[None]:
         """Return a context in which each ValueError becomes a KeyedError about this location.
 
         An InputError about one of the arguments ``names`` is about the key of that name.
@@ -216,13 +216,15 @@ class NamedValues(_Several):
         return {"type": "object", "additionalProperties": self.item.schema()}
 
 
-def as_keyed(error: InputError, table: str, names: Sequence[str]) -> tuple[str, str]:
+def as_keyed(error: InputError, table: str, names: Container[str]) -> tuple[str, str]:
     """Return the key of a study that an InputError is about, and its message on one line.
 
     The key is ``table``.argument if the argument named by the error is one of ``names``, otherwise
-    ``table``.
+    ``table``, which may be the key of the argument itself.
     """
     argument, text = error.argument, error.text
     if argument is not None and argument in names:
         table, text = f"{table}.{argument}" if table else argument, error.statement
+    elif argument is not None and table.split(",")[0].endswith(argument):
+        text = error.statement
     return table, " ".join(text.replace("`", "").split())

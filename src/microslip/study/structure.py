@@ -42,10 +42,8 @@ from microslip.study.vibration import (
 )
 
 if TYPE_CHECKING:
-    from microslip._core.checks import Progress
-    from microslip.contact import NormalLaw
     from microslip.contact.materials import Material
-    from microslip.structures import Convergence, ModalTest
+    from microslip.structures import ModalTest
     from microslip.structures.reduction import Reducer
 
 LABORATORY = Spread.between(2e-4, 1e-3, log=True)
@@ -328,7 +326,7 @@ class StructurePart(Part):
         return [(float(x), float(y), bolts.pressed, 0) for x, y in bolts.positions]
 
     @property
-    def _body(self) -> tuple[Material, float]:
+    def body(self) -> tuple[Material, float]:
         """Material and mass density [kg/m^3] of both parts of a structure given by dimensions."""
         metals, usual = self._metals
         return metals[usual], cast(float, self.density)
@@ -340,7 +338,7 @@ class StructurePart(Part):
         if self.mesh is not None:
             joint = self.mesh.build(*self._metals, self.density)
             return Reducer(joint.mesh, {}, self._along)
-        mesh = self.build().mesh(*self._body, self.element_size)
+        mesh = self.build().mesh(*self.body, self.element_size)
         return Reducer(mesh, {}, np.array([1.0, 0.0, 0.0]))
 
     @property
@@ -387,30 +385,6 @@ class StructurePart(Part):
             sides = np.array([high - low for low, high in extents])
         counts = np.array([self.patches or usual_counts(*side) for side in sides])
         return float(np.sqrt(sides.prod(axis=1).sum() / counts.prod(axis=1).sum()))
-
-    def convergence(
-        self,
-        surface: NormalLaw,
-        friction: float,
-        amplitudes: Floats,
-        progress: Progress | None = None,
-    ) -> Convergence:
-        """Return the model with patches refined until the damping ratio of a mode converges.
-
-        The mode is the first one of the study; ``amplitudes`` are modal ones [m kg^½].
-        """
-        return self.build().converge(
-            *self._body,
-            surface,
-            friction,
-            amplitudes,
-            mode=self.modes[0] - 1,
-            patches=self.reduction["patches"],
-            form=self.gaps,
-            element_size=self.element_size,
-            sensors=self.sensors,
-            progress=progress,
-        )
 
     def build(self) -> LapJoint:
         """Return the lap joint with the dimensions and bolts of the study."""

@@ -18,9 +18,6 @@ from microslip.readers.files import usable
 
 _EXAMPLE = """joint.normal_load="3 kN\""""
 _LISTS = """such as joint.normal_load=["1 kN", "3 kN"]"""
-# The valid keys of a table depend on the values of these.
-_CHOICES = ("law", "kind", "rigid", "quantity")
-
 
 MAX_DEPTH = 200
 """Largest number of levels of a key; a study has five, and parsing time is quadratic in it."""
@@ -40,8 +37,6 @@ class Override:
     text: str
     path: tuple[str, ...]
     value: Any
-    blamed: str = ""
-    """Key or table that the override created or changed, for error messages."""
 
     @property
     def note(self) -> str:
@@ -52,15 +47,15 @@ class Override:
 
 def apply(
     overrides: Sequence[str], text: str, data: dict[str, Any]
-) -> tuple[str, dict[str, Any], list[Override]]:
-    """Return text and tables of a study with overrides applied, and the parsed overrides."""
+) -> tuple[str, dict[str, Any], list[str]]:
+    """Return text and tables of a study with overrides applied, and notes on the overrides."""
     if not isinstance(overrides, (list, tuple)):
         raise StudyError(f"overrides: wanted a list such as ['{_EXAMPLE}'], got {quote(overrides)}")
     changes = [_read(override) for override in overrides]
     data = copy.deepcopy(data)
     for change in changes:
         _set_key(data, change)
-    return _with_comments(text, data, changes), data, changes
+    return _with_comments(text, data, changes), data, [change.note for change in changes]
 
 
 FILE_KEYS = ("file", "law_file", "scan")
@@ -101,10 +96,6 @@ def _files(
                 yield (*above, key), items
         elif key in FILE_KEYS and isinstance(value, str):
             yield (*above, key), relocated(value)
-        elif (
-            key in FILE_KEYS and isinstance(value, list) and all(isinstance(v, str) for v in value)
-        ):
-            yield (*above, key), [relocated(name) for name in value]
 
 
 def dotted(path: Sequence[str]) -> str:
@@ -120,8 +111,7 @@ def _read(text: object) -> Override:
         raise _error(text, f"wanted KEY=VALUE such as {_EXAMPLE}")
     if not value.strip():
         raise _error(text, f"no value; wanted KEY=VALUE such as {_EXAMPLE}")
-    path = _path(text, key)
-    return Override(text, path, _value(text, value.strip()), dotted(path))
+    return Override(text, _path(text, key), _value(text, value.strip()))
 
 
 def _error(text: str, message: str) -> StudyError:
@@ -167,7 +157,6 @@ def _set_key(data: Any, change: Override) -> None:
     for count, word in enumerate(words, start=1):
         if word not in node:
             node[word] = {}
-            change.blamed = min(change.blamed, dotted(words[:count]), key=len)
         node = node[word]
         if not isinstance(node, dict):
             path = dotted(words[:count])
@@ -179,8 +168,6 @@ def _set_key(data: Any, change: Override) -> None:
         node.pop(last, None)
         return
     node[last] = change.value
-    if last in _CHOICES and words:
-        change.blamed = dotted(words)
 
 
 def _with_comments(text: str, data: dict[str, Any], changes: Sequence[Override]) -> str:

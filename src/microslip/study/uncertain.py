@@ -91,8 +91,6 @@ class Uncertain(DeclaredValue):
 
     def read(self, raw_value: object, place: Place) -> Any:
         """Return the number, or its :class:`Spread`."""
-        if isinstance(raw_value, Spread):
-            return raw_value
         if not isinstance(raw_value, dict):
             return super().read(raw_value, place)
         for form in _FORMS:

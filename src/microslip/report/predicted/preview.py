@@ -24,7 +24,7 @@ from microslip.study.description import StudyDescription
 from microslip.study.part import Part
 from microslip.study.runs.prediction import with_defaults
 from microslip.study.runs.rest import joint_entry
-from microslip.study.runs.structure_cost import Cost, cost_of
+from microslip.study.runs.structure_cost import cost_of
 from microslip.study.uncertain import Spread
 
 KIND = "microslip-check"
@@ -65,7 +65,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     }
     cost = None if study.structure is None else cost_of(study)
     if cost is not None:
-        data["structure"] = cost._asdict()
+        data["structure"] = cost
     law = (study.joint if study.surface is None else study.surface).law
     numbers = data["quantities"]
     sections = [
@@ -82,22 +82,20 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     )
 
 
-def _size(cost: Cost) -> Table:
-    low, high = cost.seconds
+def _size(cost: dict[str, Any]) -> Table:
+    low, high = cost["seconds"]
     unit, name = (1.0, "s") if high < 120.0 else (60.0, "min")
     duration = f"{math.floor(low / unit)} to {math.ceil(high / unit)} {name}"
-    measured = ", ".join(
-        f"{name} {time:.2g} s"
-        for name, time in zip(("factorisation", "reduction", "balance"), cost.measured, strict=True)
-    )
+    steps = zip(("factorisation", "reduction", "balance"), cost["measured"], strict=True)
+    measured = ", ".join(f"{name} {time:.2g} s" for name, time in steps)
     rows = (
-        ("Finite elements", f"{cost.degrees_of_freedom} degrees of freedom"),
-        ("Patches", str(cost.patches)),
-        ("Reductions", str(cost.reductions)),
-        ("Curves of modes", str(cost.balances)),
+        ("Finite elements", f"{cost['degrees_of_freedom']} degrees of freedom"),
+        ("Patches", str(cost["patches"])),
+        ("Reductions", str(cost["reductions"])),
+        ("Curves of modes", str(cost["balances"])),
         ("Measured here", measured),
         ("Estimated time of a run", duration),
-        ("Memory, about", f"{cost.gigabytes:.1f} GB"),
+        ("Memory, about", f"{cost['gigabytes']:.1f} GB"),
     )
     return cells.texts("Size", rows)
 

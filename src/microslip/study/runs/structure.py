@@ -140,11 +140,17 @@ def _converged(
     part = study.bolted
     curve = _solved(part, joint, state, part.modes[0])
     reached = curve.modal_amplitude[curve.converged]
-    return part.convergence(
+    return part.build().converge(
+        *part.body,
         build_surface(study),
         float(study.joint.friction_coefficient),
         np.unique(reached[[0, reached.size // 2, -1]]),
-        progress,
+        mode=part.modes[0] - 1,
+        patches=part.reduction["patches"],
+        form=part.gaps,
+        element_size=part.element_size,
+        sensors=part.sensors,
+        progress=progress,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -23,23 +23,12 @@ _EVALUATIONS, _DRAWS = 12, 32  # modal curves per fitted parameter, and for its 
 _UNSURE = 1.6  # factor of uncertainty of the estimated time
 
 
-class Cost(NamedTuple):
-    """Size of the model of a structure, and estimated computing time on this machine."""
+def cost_of(study: StudyDescription) -> dict[str, Any]:
+    """Return the model size of a study, and its computing time [s] from one modal solution.
 
-    degrees_of_freedom: int
-    patches: int
-    balances: int
-    """Number of modal curves, including samples and fits."""
-    reductions: int
-    measured: tuple[float, float, float]
-    """Time of factorisation, of one reduction, and of one modal curve with its preload [s]."""
-    seconds: tuple[float, float]
-    """Lower and upper estimate of the computing time [s]."""
-    gigabytes: float
-
-
-def cost_of(study: StudyDescription) -> Cost:
-    """Return the model size of a study, and its computing time from one modal solution."""
+    ``balances`` is the number of modal curves, including samples and fits; ``measured`` are the
+    times [s] of one factorisation, one reduction, and one modal curve with its preload.
+    """
     middle = at_central_values(study)
     part = middle.bolted
     with naming_key(study, "structure"):
@@ -67,8 +56,12 @@ def cost_of(study: StudyDescription) -> Cost:
     factor, reduction, law, balance = np.diff(marks).tolist()
     meshes = 1 + samples * drawn_anew + part.converge
     seconds = meshes * factor + reductions * reduction + law + balances * balance
-    bounds = (seconds / _UNSURE, seconds * _UNSURE)
-    return Cost(
-        count, joint.patches, balances, reductions, (factor, reduction, balance), bounds,
-        0.15 + 0.7 * count / 4e4,
-    )  # fmt: skip
+    return {
+        "degrees_of_freedom": count,
+        "patches": joint.patches,
+        "balances": balances,
+        "reductions": reductions,
+        "measured": (factor, reduction, balance),
+        "seconds": (seconds / _UNSURE, seconds * _UNSURE),
+        "gigabytes": 0.15 + 0.7 * count / 4e4,
+    }

@@ -31,7 +31,7 @@ def add_surfaces(add: Add, surface: Any, joint: Any) -> None:
     add("Statistical.partial_moment", normal.partial_moment, order=1.5, threshold=1e-7)
     add("MaterialPair.with_hardness", pair.with_hardness, hardness=1e9)
     for quantity, at in (("force", [0.0, 1e-7, -1e-7]), ("dissipated_energy", 1e-7)):
-        add(f"BackboneLaw.parameter_derivatives, {quantity}", joint.parameter_derivatives,
+        add(f"Interface.parameter_derivatives, {quantity}", joint.parameter_derivatives,
             ("quantity",), quantity=quantity, at=at)  # fmt: skip
     _add_rough_faces(add, pair)
     _add_pressures(add, surface)

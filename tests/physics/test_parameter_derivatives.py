@@ -94,33 +94,6 @@ def test_one_material_counts_for_both_bodies() -> None:
     np.testing.assert_allclose(by_friction["friction_coefficient"], wanted, rtol=1e-7, atol=1e-12)
 
 
-@pytest.mark.parametrize("law", [*ms.Jenkins.examples(), *ms.SegalmanIwan.examples()], ids=repr)
-def test_laws_of_numbers_have_theirs(law: ms.BackboneLaw) -> None:
-    scale = law.force_limit / law.tangential_stiffness
-    x, a = scale * HISTORY / 1.5e-7, scale * np.array([0.3, 0.83, 4.1])
-    names = list(type(law).__dataclass_fields__)
-    forces = law.parameter_derivatives("force", x)
-    energies = law.parameter_derivatives("dissipated_energy", a)
-    assert list(forces) == names
-    for name in names:
-        value, rows = getattr(law, name), []
-        if value == 0.0:  # at an end of its range
-            continue
-        for share in (1e-5, -1e-5):
-            values = {k: getattr(law, k) for k in names}
-            other = type(law)(**{**values, name: value * (1.0 + share)})
-            rows.append((other.force(x), other.dissipated_energy(a)))
-        step = 2e-5 * value
-        for k, found, size in ((0, forces, law.force_limit), (1, energies, energies_scale(law, a))):
-            wanted = (rows[0][k] - rows[1][k]) / step
-            off = np.abs(found[name] - wanted) * abs(value) / size
-            assert np.max(off) < 1e-6, (name, k)
-
-
-def energies_scale(law: ms.BackboneLaw, a: np.ndarray) -> np.ndarray:
-    return 4.0 * law.force_limit * a
-
-
 def test_batches_are_their_rows() -> None:
     law = joint()
     for quantity, rows in (
@@ -143,7 +116,6 @@ def test_batches_are_their_rows() -> None:
         (joint(), ("force", 1e-7), "at must be a sequence of displacements"),
         (joint(), ("loss_factor", 0.0), "at must be amplitudes above zero"),
         (joint(), ("backbone", np.nan), "at must be finite"),
-        (ms.Coulomb(1.0), ("backbone", 1e-7), "Coulomb has no parameter derivatives"),
     ],
 )  # fmt: skip
 def test_impossible_values_are_refused(law: Any, given: tuple[Any, ...], says: str) -> None:

@@ -5,9 +5,8 @@ Equation numbers (19.x) are those of chapter 19, DOI 10.1007/978-3-319-56818-8_1
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -17,20 +16,13 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, floats, plain, record
 from microslip._core.frozen import lock
 from microslip._core.kernels.pieces import Pieces, backbone_pieces
-from microslip._core.parameters import Parametric, parameters_of
-from microslip._core.quadrature import gauss_legendre
+from microslip._core.parameters import Parametric
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction.cycle_measures import CycleMeasures
 from microslip.friction.cycles import PeriodicResponse, Rest, settled_cycle
 from microslip.friction.harmonics import HarmonicForce, harmonic_force
 from microslip.friction.memory import Memory, State
-from microslip.friction.parameter_derivatives import (
-    DerivativeBackbone,
-    derivatives_by_parameters,
-)
 from microslip.friction.sliders import Sliders
-
-_NODES, _WEIGHTS = gauss_legendre(16)
 
 
 class BackboneLaw(CycleMeasures, Parametric):
@@ -69,36 +61,6 @@ class BackboneLaw(CycleMeasures, Parametric):
     def _load_curve(self) -> LoadCurve | None:
         """Normal load N over separation d of the surface, or None for a law without a surface."""
         return None
-
-    def _parameter_derivatives(self, u: Floats) -> Floats | None:
-        """Derivatives of T0 at u >= 0 [m], shape (parameters, u.size), or None if not known."""
-        return None
-
-    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
-        """Map the name of each parameter p to dT0/dp; empty if a law has no exact derivatives."""
-        if self._parameter_derivatives(np.zeros(1)) is None:
-            return {}
-        names = [item.name for item in parameters_of(type(self))]
-
-        def derivative_of(i: int) -> DerivativeBackbone:
-            def backbone(u: Floats) -> Floats:
-                by_values = self._parameter_derivatives(u)
-                return np.asarray(by_values[i])  # type: ignore[index]
-
-            def energy(a: Floats) -> Floats:
-                area = np.zeros_like(a)
-                cuts = np.concatenate(([0.0], self._kinks, [np.inf]))
-                for low, high in itertools.pairwise(cuts.tolist()):
-                    begin, end = np.minimum(low, a), np.minimum(high, a)
-                    places = begin[:, None] + (end - begin)[:, None] * _NODES
-                    values = backbone(places.reshape(-1)).reshape(places.shape)
-                    area += (end - begin) * (values @ _WEIGHTS)
-                return 8.0 * area - 4.0 * a * backbone(a)
-
-            value = abs(float(getattr(self, names[i])))
-            return DerivativeBackbone(backbone, energy, self._kinks, 1.0 / max(value, 1e-3))
-
-        return {name: derivative_of(i) for i, name in enumerate(names)}
 
     def _slider_density(self, u: Floats) -> Floats:
         """Density of sliders -T0'' [N/m^2], by default from central differences of T0'."""
@@ -255,50 +217,6 @@ class BackboneLaw(CycleMeasures, Parametric):
             return parts[0]
         force, jacobian = (np.asarray(sum(part)) for part in zip(*parts, strict=True))
         return HarmonicForce(force, jacobian)
-
-    def parameter_derivatives(
-        self,
-        quantity: str,
-        at: ArrayLike,
-        names: Sequence[str] | None = None,
-        *,
-        harmonics: Any = (0, 1),
-        rest: Rest = 0.0,
-    ) -> dict[str, Any]:
-        """Compute exact derivatives of a response with respect to the law's parameters.
-
-        Parameters
-        ----------
-        quantity : str
-            ``backbone``, ``force`` (along a history), ``periodic`` (the settled force), or
-            ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
-            ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
-        at : array_like
-            For ``force``, ``periodic`` and ``harmonics``: displacement histories, cycles or Fourier
-            coefficients [m] along the last axis. Else displacements or amplitudes [m], any shape.
-        names : sequence of str, optional
-            Parameters, all by default. An :class:`microslip.Interface` has friction_coefficient and
-            normal_load, and with a Greenwood-Williamson surface std (a scale of all heights),
-            radius, density, area, young_modulus and poisson_ratio. If the two materials differ,
-            young_modulus and poisson_ratio are those of the first body; the second body has
-            other_young_modulus and other_poisson_ratio.
-        harmonics, rest
-            See :meth:`harmonics`.
-
-        Returns
-        -------
-        dict of str to float or ndarray
-            Derivative with respect to each parameter, shape of ``at``, in the unit of the quantity
-            divided by the unit of the parameter. The load of an interface is constant, so its
-            separation changes with the surface parameters.
-
-        Notes
-        -----
-        The branches of a response depend on the displacement alone (Masing's rules; Jaeger 1998,
-        DOI 10.1115/1.2833765), and the force on each is linear in the backbone T0. Its derivative
-        with respect to a parameter p is therefore the force of a law with the backbone dT0/dp.
-        """
-        return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
     @property
     def _kinks(self) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field
 from functools import cache, cached_property
 from typing import Any
@@ -30,7 +30,8 @@ from microslip.contact.base import FAINTEST, NormalLaw
 from microslip.contact.load_curve import check_surface
 from microslip.contact.validity import Verdict, surface_verdicts
 from microslip.friction.coupled import CoupledLaw
-from microslip.friction.parameter_derivatives import DerivativeBackbone, of_interface
+from microslip.friction.cycles import Rest
+from microslip.friction.parameter_derivatives import derivatives_by_parameters
 from microslip.friction.sliders import Sliders
 
 
@@ -281,8 +282,49 @@ class Interface(CoupledLaw):
         steps = np.unique(places) - self.separation
         return self.slip_per_indentation * steps[steps > 0.0]
 
-    def _derivative_backbones(self) -> Mapping[str, DerivativeBackbone]:
-        return of_interface(self)
+    def parameter_derivatives(
+        self,
+        quantity: str,
+        at: ArrayLike,
+        names: Sequence[str] | None = None,
+        *,
+        harmonics: Any = (0, 1),
+        rest: Rest = 0.0,
+    ) -> dict[str, Any]:
+        """Compute exact derivatives of a response with respect to parameters of the joint.
+
+        Parameters
+        ----------
+        quantity : str
+            ``backbone``, ``force`` (along a history), ``periodic`` (the settled force), or
+            ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
+            ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
+        at : array_like
+            For ``force``, ``periodic`` and ``harmonics``: displacement histories, cycles or Fourier
+            coefficients [m] along the last axis. Else displacements or amplitudes [m], any shape.
+        names : sequence of str, optional
+            Parameters, all by default: friction_coefficient and normal_load, and with a
+            Greenwood-Williamson surface std (a scale of all heights), radius, density, area,
+            young_modulus and poisson_ratio. If the two materials differ, young_modulus and
+            poisson_ratio are those of the first body; the second body has other_young_modulus and
+            other_poisson_ratio.
+        harmonics, rest
+            See :meth:`harmonics`.
+
+        Returns
+        -------
+        dict of str to float or ndarray
+            Derivative with respect to each parameter, shape of ``at``, in the unit of the quantity
+            divided by the unit of the parameter. The load is constant, so the separation changes
+            with the surface parameters.
+
+        Notes
+        -----
+        The branches of a response depend on the displacement alone (Masing's rules; Jaeger 1998,
+        DOI 10.1115/1.2833765), and the force on each is linear in the backbone T0. Its derivative
+        with respect to a parameter p is therefore the force of a law with the backbone dT0/dp.
+        """
+        return derivatives_by_parameters(self, quantity, at, names, harmonics, rest)
 
     def sliders(self) -> Sliders:
         """Return the interface as a parallel Iwan model (Iwan 1966, DOI 10.1115/1.3625199).

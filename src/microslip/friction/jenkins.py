@@ -62,11 +62,6 @@ class Jenkins(BackboneLaw):
     def _energy_slope(self, amplitude: Floats) -> Floats:
         return np.where(amplitude < self.yield_displacement, 0.0, 4.0 * self.force_limit)
 
-    def _parameter_derivatives(self, u: Floats) -> Floats:
-        # At the yield displacement the derivatives are those of the sliding side.
-        sticks = u < self.yield_displacement
-        return np.stack((np.where(sticks, u, 0.0), np.where(sticks, 0.0, 1.0)))
-
     def sliders(self) -> Sliders:
         """Return the slider of the cell: yield displacement [m] and stiffness [N/m]."""
         yields, stiffnesses = np.array([self.yield_displacement]), np.array([self.stiffness])

@@ -1,4 +1,4 @@
-"""Exact derivatives of the response of a law with respect to its parameters.
+"""Exact derivatives of the response of an interface with respect to its parameters.
 
 The force along a history, a settled cycle, its harmonics and its energy are linear in the backbone
 T0, and the branches depend on the displacements alone. The derivative of a response with respect to
@@ -58,17 +58,12 @@ def derivatives_by_parameters(
     harmonics: Any,
     rest: Rest,
 ) -> dict[str, Any]:
-    """Compute parameter derivatives; see :meth:`microslip.BackboneLaw.parameter_derivatives`."""
+    """Compute parameter derivatives; see :meth:`microslip.Interface.parameter_derivatives`."""
     if quantity not in _QUANTITIES:
         raise InputError(
             f"`quantity` must be one of {', '.join(_QUANTITIES)}, got {show(quantity)}"
         )
-    known = law._derivative_backbones()
-    if not known:
-        raise InputError(
-            f"{type(law).__name__} has no parameter derivatives; an Interface and laws such as "
-            "SegalmanIwan have them; for other laws use finite differences"
-        )
+    known = _derivative_backbones(law)
     chosen = tuple(known) if names is None else names
     if isinstance(chosen, str) or not set(chosen) <= set(known):
         raise InputError(f"`names` must be a list of {', '.join(known)}, got {show(names)}")
@@ -124,7 +119,7 @@ def _at_amplitudes(law: Any, quantity: str, at: ArrayLike) -> Callable[[Derivati
     return of
 
 
-def of_interface(joint: Any) -> Mapping[str, DerivativeBackbone]:
+def _derivative_backbones(joint: Any) -> Mapping[str, DerivativeBackbone]:
     """Return the derivatives dT0/dp of an Interface by parameter name.
 
     Surface parameters are included if all summits have one radius. With s = u/kappa, T0 = mu

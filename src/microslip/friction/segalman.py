@@ -127,29 +127,6 @@ class SegalmanIwan(BackboneLaw):
     def _small_amplitude_exponent(self) -> float:
         return 3.0 + self.chi
 
-    def _parameter_derivatives(self, u: Floats) -> Floats:
-        # Total derivatives, phi being a function of all parameters, arranged without cancellation.
-        # From phi on they are those of gross slip.
-        p, beta, phi = 1.0 + self.chi, self.beta, self.slip_displacement
-        denominator = beta * (p + 1.0) + p
-        sticks = u < phi
-        x = np.where(sticks, u / phi, 1.0)
-        v, power = x * phi, x**p
-        with np.errstate(divide="ignore", invalid="ignore"):
-            slow = np.where(x > 0.0, -power * np.log(x), 0.0)
-        part = v * self._spread / (p + 1.0)
-        by_values = np.stack(
-            (
-                part * power * (p / self.force_limit),
-                v * (1.0 - power / (1.0 + beta)),
-                part * (slow + power * (beta / denominator)),
-                part * power * (beta * (p + 1.0) / ((1.0 + beta) * denominator)),
-            )
-        )
-        by_values[1:, ~sticks] = 0.0
-        by_values[0, ~sticks] = 1.0
-        return by_values
-
     def _slider_density(self, u: Floats) -> Floats:
         phi = self.slip_displacement
         with np.errstate(divide="ignore"):  # for chi < 0 the density at 0 is infinite

@@ -3,7 +3,7 @@
 Settled forces are those of the periodic state that the force reaches when the displacement is
 repeated. Derivatives with respect to displacements are tangent stiffnesses of the loading or
 unloading branch at each sample. Derivatives with respect to parameters come from
-:meth:`microslip.BackboneLaw.parameter_derivatives`; they are computed only for the parameters that
+:meth:`microslip.Interface.parameter_derivatives`; they are computed only for the parameters that
 are named.
 """
 
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from microslip._core import kernels
 from microslip._core.checks import Floats
-from microslip.friction import BackboneLaw, JointField
+from microslip.friction import Interface, JointField
 from microslip.friction.memory import Memory
 
 Derivatives = tuple[Floats, Floats, Floats]
@@ -27,11 +27,11 @@ last axes."""
 
 _LAWS_KEPT = 16  # laws of the last parameters, which a solver uses again and again
 
-Evaluation = Callable[[BackboneLaw, Floats, list[str]], Derivatives]
+Evaluation = Callable[[Interface, Floats, list[str]], Derivatives]
 """Function of a law, displacements [m] and parameter names that returns an :data:`Derivatives`."""
 
 
-def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
+def force(law: Interface, x: Floats, names: list[str]) -> Derivatives:
     """Return forces [N] along a displacement history [m] from rest, with derivatives."""
     by = law.parameter_derivatives("force", x, names) if names else {}
     tree = Memory().tree(x)
@@ -44,10 +44,10 @@ def force(law: BackboneLaw, x: Floats, names: list[str]) -> Derivatives:
 
 
 def settled_force(numbers: tuple[int, ...], rest: Any) -> Evaluation:
-    """Return an :data:`Evaluation` of :meth:`microslip.BackboneLaw.harmonics`."""
+    """Return an :data:`Evaluation` of :meth:`microslip.Interface.harmonics`."""
     options: dict[str, Any] = {"harmonics": numbers, "rest": rest}
 
-    def evaluate(law: BackboneLaw, c: Floats, names: list[str]) -> Derivatives:
+    def evaluate(law: Interface, c: Floats, names: list[str]) -> Derivatives:
         by = law.parameter_derivatives("harmonics", c, names, **options) if names else {}
         response, jacobian = law.harmonics(c, **options)
         return response, _columns(by, names, c.shape), jacobian
@@ -55,7 +55,7 @@ def settled_force(numbers: tuple[int, ...], rest: Any) -> Evaluation:
     return evaluate
 
 
-def dissipated_energy(law: BackboneLaw, a: Floats, names: list[str]) -> Derivatives:
+def dissipated_energy(law: Interface, a: Floats, names: list[str]) -> Derivatives:
     """Return the energy dissipated per cycle [J] at one amplitude [m], with derivatives."""
     by = law.parameter_derivatives("dissipated_energy", a, names) if names else {}
     slope = law._energy_slope(a.reshape(1)).reshape(())
@@ -91,7 +91,7 @@ class DifferentiableLaw:
     make : callable
         Function that returns the law for named parameters, such as ``lambda std, normal_load:
         Interface(...)``. The names must be among those of
-        :meth:`microslip.BackboneLaw.parameter_derivatives`.
+        :meth:`microslip.Interface.parameter_derivatives`.
 
     Notes
     -----
@@ -99,7 +99,7 @@ class DifferentiableLaw:
     sets of parameters are kept, since solvers use the same parameters many times.
     """
 
-    def __init__(self, make: Callable[..., BackboneLaw]) -> None:
+    def __init__(self, make: Callable[..., Interface]) -> None:
         self.make = make
         self._law = lru_cache(_LAWS_KEPT)(lambda items: make(**dict(items)))
 

@@ -30,10 +30,8 @@ from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, f
 _BYTES_A_POINT: Final = 24  # unpacked, parsed and written: 8 bytes each
 _BESIDE: Final = 1 << 28  # bytes allowed in addition to the numbers
 _UNKNOWN: Final = 1 << 30  # assumed address space of Python with libraries, if unknown
-_ARRAYS: Final = 20_000
 _SECONDS: Final = 10.0
 _PATIENCE: Final = 10  # allowed wall time over CPU time, for a busy machine
-_SPARSE: Final = ("data", "row", "col", "shape")
 
 
 def parsed(
@@ -55,8 +53,8 @@ def parsed(
         The file.
     reader : callable
         Module-level function, called with the path and `options`, which are plain numbers, texts
-        and lists. It returns numbers, texts, arrays and sparse matrices in lists and mappings;
-        tuples become lists.
+        and lists. It returns numbers, texts and arrays in lists and mappings; tuples become
+        lists.
     libraries : sequence of str
         Modules imported by the reader, kept loaded for the next file.
     bytes_a_second : float
@@ -179,11 +177,6 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
         return node
     if "array" in node:
         return archive[node["array"]]
-    if "sparse" in node:
-        from scipy.sparse import coo_matrix
-
-        data, row, col, shape = (archive[f"{node['sparse']}.{part}"] for part in _SPARSE)
-        return coo_matrix((data, (row, col)), shape=tuple(int(n) for n in shape))
     return {name: _joined(item, archive) for name, item in node["items"].items()}
 
 
@@ -192,20 +185,13 @@ def _joined(node: Any, archive: Mapping[str, Any]) -> Any:
 
 def _split(value: Any, arrays: dict[str, Any]) -> Any:
     """Convert a result to JSON data; its arrays are stored in ``arrays`` and replaced by names."""
-    name = f"a{len(arrays)}"
     if isinstance(value, dict):
         return {"items": {str(key): _split(item, arrays) for key, item in value.items()}}
     if isinstance(value, (list, tuple)):
         return [_split(item, arrays) for item in value]
-    if hasattr(value, "tocoo"):
-        entries = value.tocoo()
-        for part, content in zip(
-            _SPARSE, (entries.data, entries.row, entries.col, np.array(value.shape)), strict=True
-        ):
-            arrays[f"{name}.{part}"] = content
-        return {"sparse": name}
     if isinstance(value, np.ndarray):
         if value.dtype.kind in "iufcb":
+            name = f"a{len(arrays)}"
             arrays[name] = value
             return {"array": name}
         if value.dtype == object:
@@ -228,8 +214,6 @@ def _read_request(request: Mapping[str, Any]) -> None:
                 Path(request["path"]), **request["options"]
             )
         tree = {"value": _split(value, arrays)}
-        if len(arrays) > _ARRAYS:
-            raise Unusable(f"holds {len(arrays)} arrays, more than {_ARRAYS}")
     except MemoryError:
         tree, arrays = {"error": "memory", "text": ""}, {}
     except InputError as error:

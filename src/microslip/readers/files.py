@@ -33,13 +33,6 @@ LIMIT = option(
 )
 _limit: ContextVar[int] = ContextVar("limit", default=POINTS)
 
-# Common files of unsupported formats.
-_UNSUPPORTED = (
-    (b"PK\x03\x04", "an Excel workbook or another archive"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel workbook or another Office file"),
-    (b"PAR1", "a Parquet file"),
-)
-
 
 def head_of(path: Path) -> bytes:
     """Read the first bytes of a file, which identify its kind."""
@@ -66,12 +59,6 @@ def file_kind(head: bytes, suffix: str) -> str | None:
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         return "text"
     return None if b"\0" in head or head.startswith(b"PK\x03\x04") else "text"
-
-
-def foreign_kind(head: bytes) -> str:
-    """Describe the kind of a file of an unsupported format, for a message."""
-    other = "another binary file" if b"\0" in head else "another kind of text"
-    return next((name for magic, name in _UNSUPPORTED if head.startswith(magic)), other)
 
 
 @contextmanager

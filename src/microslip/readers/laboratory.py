@@ -66,10 +66,8 @@ _HEAD = 400
 """Number of rows that determine the layout of a sheet."""
 _SEPARATORS = "\t;,"
 
-Rows = list[list[str]]
 
-
-def read_rows(path: Path, kind: str | None) -> Rows:
+def read_rows(path: Path, kind: str | None) -> list[list[str]]:
     """Return the cells of a text file or of the first sheet of a workbook, empty rows included."""
     if kind == "excel":
         return next(iter(_sheets(path).values()), [])
@@ -114,12 +112,12 @@ def excel_table(path: Path) -> RawTable:
     return RawTable(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
 
 
-def _lines(rows: Rows) -> list[TextLine]:
+def _lines(rows: list[list[str]]) -> list[TextLine]:
     lines = (TextLine(at, "\t".join(row)) for at, row in enumerate(rows))
     return [line for line in lines if line.text.strip()]
 
 
-def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
+def _numbers(rows: list[list[str]], first: int, place: int, heading: str) -> Floats:
     values = np.full(len(rows) - first, math.nan)
     for at, row in enumerate(rows[first:]):
         cell = row[place] if place < len(row) else ""
@@ -132,8 +130,8 @@ def _numbers(rows: Rows, first: int, place: int, heading: str) -> Floats:
     return values
 
 
-def _sheets(path: Path) -> dict[str, Rows]:
-    sheets: dict[str, Rows] = parsed(
+def _sheets(path: Path) -> dict[str, list[list[str]]]:
+    sheets: dict[str, list[list[str]]] = parsed(
         "Excel workbook", path, read_sheets, libraries=["openpyxl"], bytes_a_second=_BYTES_A_SECOND
     )
     return sheets
@@ -142,7 +140,7 @@ def _sheets(path: Path) -> dict[str, Rows]:
 # ------------------------------------------------------------------ what runs in the child
 
 
-def read_sheets(path: Path) -> dict[str, Rows]:
+def read_sheets(path: Path) -> dict[str, list[list[str]]]:
     """Return the cells of each visible sheet, by sheet name; runs in the child process."""
     with needed_for("Excel files are read by", "excel"):
         import openpyxl
@@ -159,10 +157,12 @@ def read_sheets(path: Path) -> dict[str, Rows]:
 _NO_VALUE = re.compile(
     rb'<c r="([A-Z]+\d+)"[^>]*><f[^>]*?(?:/>|>[^<]*</f>)(?:<v\s*/>|<v></v>)?</c>'
 )
-_MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+)(\d+):([A-Z]+)(\d+)"')
+_MERGED = re.compile(rb'<mergeCell\b[^>]*\bref="([A-Z]+\d+:[A-Z]+\d+)"')
 
 
-def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
+def _cells(sheet: Any, archive: zipfile.ZipFile) -> list[list[str]]:
+    from openpyxl.utils import range_boundaries
+
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
         raise Unusable(
@@ -171,25 +171,19 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> Rows:
         )
     sheet.reset_dimensions()  # declared dimensions may be wrong
     rows = [list(map(_text, row)) for row in sheet.iter_rows(values_only=True)]
-    for left, first, right, last in _MERGED.findall(content):
-        begin, end, top = _place_of(left.decode()), _place_of(right.decode()) + 1, int(first) - 1
+    for place in _MERGED.findall(content):
+        left, first, end, last = range_boundaries(place.decode())
+        begin, top = left - 1, first - 1
         # A title over several columns stays a title.
         if first == last or top >= len(rows) or begin >= len(rows[top]):
             continue
         end = min(end, max(map(len, rows)))
-        for row in rows[top : int(last)]:
+        for row in rows[top:last]:
             row += [""] * (end - len(row))
             row[begin:end] = [rows[top][begin]] * (end - begin)
     while rows and not any(rows[-1]):
         rows.pop()
     return rows
-
-
-def _place_of(letters: str) -> int:
-    number = 0
-    for letter in letters:
-        number = 26 * number + ord(letter) - ord("A") + 1
-    return number - 1
 
 
 def _text(value: object) -> str:

@@ -13,30 +13,6 @@ from microslip.readers.child import parsed
 from microslip.readers.files import refuse_beyond
 from microslip.readers.hdf5 import group_members, leaf_of, opened, stored_arrays
 
-
-def variables(path: Path) -> dict[str, Any]:
-    """Return the variables of a MAT-file up to version 7 by name, structs as nested mappings."""
-    content: dict[str, Any] = parsed("MAT-file", path, read_mat, libraries=["scipy.io"])
-    return content
-
-
-# ------------------------------------------------------------------ what runs in the child
-
-
-def read_mat(path: Path) -> dict[str, Any]:
-    """Read the variables of a MAT-file with SciPy, unless they are more numbers than the limit."""
-    from scipy.io import loadmat, whosmat
-
-    sizes = {name: tuple(map(int, size)) for name, size, _ in whosmat(str(path))}
-    refuse_beyond(sum(map(math.prod, sizes.values())))
-    content = loadmat(str(path), simplify_cells=True)
-    by_name = {name: content[name] for name in sizes if name in content}
-    for name, value in by_name.items():
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iufcb":
-            by_name[name] = value.reshape(sizes[name])
-    return by_name
-
-
 # MATLAB stores tables, timetables and timeseries in an undocumented form.
 _ADVICE = 'save vectors, or for a table T the struct S = table2struct(T, "ToScalar", true)'
 
@@ -46,13 +22,23 @@ def read_matlab(path: Path) -> Arrays:
     with path.open("rb") as file:
         new = file.read(19) == b"MATLAB 7.3 MAT-file"
     if not new:
-        return Arrays("MAT-file", arrays_in(variables(path)), ".", _ADVICE)
+        content = parsed("MAT-file", path, read_mat, libraries=["scipy.io"])
+        return Arrays("MAT-file", arrays_in(content), ".", _ADVICE)
     return Arrays(
         "MAT-file of version 7.3", stored_arrays(path, "MAT-file", read_new), ".", _ADVICE
     )
 
 
 # ------------------------------------------------------------------ what runs in the child
+
+
+def read_mat(path: Path) -> dict[str, Any]:
+    """Read the variables of a MAT-file with SciPy, unless they are more numbers than the limit."""
+    from scipy.io import loadmat, whosmat
+
+    refuse_beyond(sum(math.prod(map(int, size)) for _, size, _ in whosmat(str(path))))
+    content = loadmat(str(path), simplify_cells=True)
+    return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
 def read_new(path: Path) -> Any:

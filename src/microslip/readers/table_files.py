@@ -5,16 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from microslip.readers import array_files, arrays, hdf5, laboratory, matlab, text
-from microslip.readers.files import file_kind, foreign_kind, head_of
+from microslip._core.wording import quote
+from microslip.readers import array_files, hdf5, laboratory, matlab, text
+from microslip.readers.arrays import Arrays, array_table
+from microslip.readers.files import file_kind, head_of
 from microslip.readers.tables import RawTable
 
-READERS: Mapping[str, Callable[[Path], RawTable]] = {
+ARRAY_FILES: Mapping[str, Callable[[Path], Arrays]] = {
+    "npy": array_files.read_npy,
+    "npz": array_files.read_npz,
+    "mat": matlab.read_matlab,
+    "hdf5": hdf5.read_hdf5,
+}
+"""Readers of named arrays by file format."""
+TABLES: Mapping[str, Callable[[Path], RawTable]] = {
     "tdms": laboratory.tdms_table,
-    "mat": lambda path: arrays.array_table(matlab.read_matlab(path)),
-    "hdf5": lambda path: arrays.array_table(hdf5.read_hdf5(path)),
-    "npy": lambda path: arrays.array_table(array_files.read_npy(path)),
-    "npz": lambda path: arrays.array_table(array_files.read_npz(path)),
     "excel": laboratory.excel_table,
     "text": text.text_table,
 }
@@ -42,7 +47,7 @@ def read_table(path: Path, noun: str) -> RawTable:
     kind = file_kind(head, path.suffix.lower())
     if kind is None:
         raise ValueError(
-            "wanted text, Excel, MAT, TDMS, HDF5 or NumPy files, got "
-            f"{foreign_kind(head)}; save {noun} as CSV"
+            "wanted text, .xlsx, MAT, TDMS, HDF5 or NumPy files, got another format with the "
+            f"suffix {quote(path.suffix)}; save {noun} as CSV"
         )
-    return READERS[kind](path)
+    return array_table(ARRAY_FILES[kind](path)) if kind in ARRAY_FILES else TABLES[kind](path)

@@ -34,7 +34,7 @@ UNIT_QUESTION = "likely unit error"
 """Kind of a remark on probably wrong units."""
 
 
-def read(
+def read_scan(
     path: Path,
     format_name: Any,
     unit: Any,

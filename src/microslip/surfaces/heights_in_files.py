@@ -11,20 +11,14 @@ import numpy as np
 from microslip._core.errors import InputError
 from microslip._core.units import LENGTH, QuantityError, is_unit, to_si
 from microslip._core.wording import quote, shorten
-from microslip.readers import array_files, hdf5, matlab
 from microslip.readers.arrays import Arrays, leaves, single_array, values_of_leaf
 from microslip.readers.dialect import is_comment, split_line
 from microslip.readers.files import file_kind, head_of, refuse_beyond
 from microslip.readers.instruments import RawHeights, evenly_spaced, on_grid, read_channel
+from microslip.readers.table_files import ARRAY_FILES
 from microslip.readers.tables import fits, name_and_unit
 from microslip.readers.text import TextFile, open_text
 
-ARRAY_FILES = {
-    "npy": array_files.read_npy,
-    "npz": array_files.read_npz,
-    "mat": matlab.read_matlab,
-    "hdf5": hdf5.read_hdf5,
-}
 TEXTS = ("text", "matrix", "xyz", "profile")
 """Text formats: detected, or by the content of the columns."""
 

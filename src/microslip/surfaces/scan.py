@@ -16,7 +16,7 @@ from microslip.readers.files import POINTS
 from microslip.surfaces import conditioning, repair, surface_parameters
 from microslip.surfaces import spectrum as spectra
 from microslip.surfaces import summits as finding
-from microslip.surfaces.file_reading import read
+from microslip.surfaces.file_reading import read_scan
 from microslip.surfaces.height_map import HeightMap
 
 MOST_SOLVED = 1 << 20
@@ -100,7 +100,9 @@ class Scan(HeightMap):
         """
         if not isinstance(path, (str, os.PathLike)):
             raise InputError(f"`path` must be text or a path, got {show(path)}")
-        heights, steps, name, notes = read(Path(path), format, unit, pixel, channel, valid, limit)
+        heights, steps, name, notes = read_scan(
+            Path(path), format, unit, pixel, channel, valid, limit
+        )
         return cls(heights, steps, name=name, notes=notes)
 
     # These functions take a scan as their first argument.

@@ -186,12 +186,6 @@ def with_common_unit(texts: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def split_range(text: str) -> tuple[str, str] | None:
-    """Return both ends of text LOW..HIGH, each with a unit; None for other text."""
-    low, dots, high = (part.strip() for part in text.partition(".."))
-    return None if not dots or not low or not high else with_common_unit((low, high))  # type: ignore[return-value]
-
-
 def is_unit(text: str) -> bool:
     """Return True if a text is a unit of any dimension."""
     return bool(text) and _parse(text) is not None

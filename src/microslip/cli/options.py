@@ -22,7 +22,7 @@ import click
 
 from microslip._core.errors import InputError
 from microslip._core.options import Option
-from microslip._core.units import Kind, QuantityError, Sign, split_range, to_si
+from microslip._core.units import Kind, QuantityError, to_si
 from microslip.cli.group import OneOf, echo_json
 
 if TYPE_CHECKING:
@@ -92,20 +92,12 @@ def output_option(
     return click.option(*names, type=ANY_PATH, metavar=value, help=text, **settings)
 
 
-def quantity(flag: str, text: str, kind: Kind, example: str, sign: Sign = "positive") -> float:
+def quantity(flag: str, text: str, kind: Kind, example: str) -> float:
     """Parse a value with its unit and return it in SI units; an error names the option."""
     try:
-        return to_si(text, kind, example, sign)
+        return to_si(text, kind, example)
     except QuantityError as error:
         raise click.UsageError(f"{flag}: {error}") from None
-
-
-def ends_in(flag: str, text: str, form: str) -> tuple[str, str]:
-    """Split a text LOW..HIGH into its two ends; an error names the option."""
-    ends = split_range(text)
-    if ends is None:
-        raise click.UsageError(f'{flag}: wanted {form}, got "{text}"')
-    return ends
 
 
 JSON = switch("--json", "Print the summary as JSON, no tables.", "as_json")

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import click
 
-from microslip._core.units import FREQUENCY
-from microslip.cli.options import Output, click_option, ends_in, progress, quantity, stoppable
+from microslip._core.units import FREQUENCY, with_common_unit
+from microslip.cli.options import Output, click_option, progress, quantity, stoppable
 
 BAND_OPTION = click_option(
     "--band", "LOW..HIGH",
@@ -40,8 +40,11 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     """Parse a frequency band [Hz]; the unit may be given once."""
     if text is None:
         return None
-    form = 'LOW..HIGH, such as "150..220 Hz"'
-    texts = [end if end[-1].isalpha() else f"{end} Hz" for end in ends_in("--band", text, form)]
+    first, dots, last = (part.strip() for part in text.partition(".."))
+    if not (first and dots and last):
+        raise click.UsageError(f'--band: wanted LOW..HIGH, such as "150..220 Hz", got "{text}"')
+    ends = with_common_unit((first, last))
+    texts = [end if end[-1].isalpha() else f"{end} Hz" for end in ends]
     low, high = (quantity("--band", end, FREQUENCY, "150 Hz") for end in texts)
     if not low < high:
         raise click.UsageError(f'--band: wanted LOW below HIGH, got "{text}"')

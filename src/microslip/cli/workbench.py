@@ -105,12 +105,9 @@ if __name__ == "__main__":
 COMMANDS = ("measure", "identify", "surface", "predict")
 
 # The workbench chooses output folders, and studies and manifests must not name files there.
-_NOT_OFFERED = {
-    *("folder", "overwrite", "as_json", "overrides", "version", "help"),
-    *("group", "over"),
-}
+_NOT_OFFERED = ("folder", "overwrite", "as_json", "overrides", "version", "help")
 _USUAL = {
-    *Reading._fields[:6], "units", "rig_stiffness", "study", "model", MANIFEST_NAME,
+    *Reading._fields[:6], "units", "rig_stiffness", "study", MANIFEST_NAME,
     "cutoff", "long_cutoff", "level", "unit", "pixel",
 }  # fmt: skip
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from microslip._core.units import engineering, significant
 from microslip._core.wording import shorten
 from microslip.study.joints import Joint
 from microslip.study.metals import check_described
+from microslip.study.part import Part
 from microslip.study.readers import KeyedError
 from microslip.study.schema import StudyTables
 from microslip.study.surfaces import Elastic, Rigid, TableSurface
@@ -187,103 +188,88 @@ def _of_amount(study: StudyTables) -> None:
             raise KeyedError(f"excitation.{where}", message)
 
 
-class UsualRange(NamedTuple):
-    """Usual range of a quantity in SI units, with its unit and the objects it applies to."""
+Usual = tuple[float, float, str, str]
+"""Lowest and highest usual value in SI units, the unit, and where they are usual."""
 
-    low: float
-    high: float
-    unit: str
-    of: str
-
-
-_MODULUS = UsualRange(1e9, 1.3e12, "Pa", "polymers to diamond")
-_HARDNESS = UsualRange(5e7, 1e11, "Pa", "tin to diamond")
-_FRICTION = UsualRange(0.01, 2.0, "", "lubricated to clean metals")
-_AMPLITUDE = UsualRange(1e-11, 5e-3, "m", "joints")
-_SURFACE = {
-    "std": UsualRange(1e-9, 1e-4, "m", "polished to sand-cast faces"),
-    "scale": UsualRange(1e-9, 1e-4, "m", "polished to sand-cast faces"),
-    "radius": UsualRange(1e-8, 1.0, "m", "summits and balls"),
-    "density": UsualRange(1e3, 1e15, "1/m^2", "summits that a scan finds"),
-    "area": UsualRange(1e-12, 10.0, "m^2", "joints"),
+_SIZE = (1e-3, 20.0, "m", "beams and plates that are bolted")
+_USUAL: dict[str, Usual] = {
+    "material.young_modulus": (1e9, 1.3e12, "Pa", "polymers to diamond"),
+    "material.hardness": (5e7, 1e11, "Pa", "tin to diamond"),
+    "surface.heights.std": (1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "surface.heights.scale": (1e-9, 1e-4, "m", "polished to sand-cast faces"),
+    "surface.radius": (1e-8, 1.0, "m", "summits and balls"),
+    "surface.density": (1e3, 1e15, "1/m^2", "summits that a scan finds"),
+    "surface.area": (1e-12, 10.0, "m^2", "joints"),
+    "joint.friction_coefficient": (0.01, 2.0, "", "lubricated to clean metals"),
+    "excitation.amplitudes": (1e-11, 5e-3, "m", "joints"),
+    "structure.length": _SIZE,
+    "structure.width": _SIZE,
+    "structure.thickness": _SIZE,
+    "structure.lap": _SIZE,
+    "structure.density": (500.0, 2.3e4, "kg/m^3", "light polymers to tungsten"),
+    "structure.base_damping_ratio": (1e-6, 0.05, "", "a string in vacuum to glue and rubber"),
+    "structure.force.amplitude": (1e-4, 1e5, "N", "hammers and shakers"),
 }
-_SIZE = UsualRange(1e-3, 20.0, "m", "beams and plates that are bolted")
-_BODY = UsualRange(500.0, 2.3e4, "kg/m^3", "light polymers to tungsten")
-_BOLT = UsualRange(1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
-_BASE_DAMPING = UsualRange(1e-6, 0.05, "", "a string in vacuum to glue and rubber")
-_FORCE = UsualRange(1e-4, 1e5, "N", "hammers and shakers")
-_PRESSURE = UsualRange(1e1, 5e9, "Pa", "joints")
+_PRESSURE = (1e1, 5e9, "Pa", "joints")
+_BOLT = (1e7, 1.1e9, "Pa", "finger-tight to the yield of grade 12.9")
 
 
 def unit_warnings(study: Any) -> list[str]:
     """Return warnings of values in a probably wrong unit."""
-    return [
-        question
-        for key, value, usual in _values(study)
-        if (question := _question(key, float(value), usual)) is not None
-    ]
+    found = [*_usual_values(study, "", ""), *_derived_values(study)]
+    questions = [_question(key, value, usual) for key, value, usual in found]
+    return [question for question in questions if question]
 
 
-def _values(study: Any) -> Iterator[tuple[str, float, UsualRange]]:
-    for name, material in study.material.items():
-        if isinstance(material, Elastic):
-            yield f"material.{name}.young_modulus", material.young_modulus, _MODULUS
-            if material.hardness is not None:
-                yield f"material.{name}.hardness", material.hardness, _HARDNESS
-    surface = study.surface
-    for place, part in (("surface", surface), ("surface.heights", getattr(surface, "heights", 0))):
-        for name, usual in _SURFACE.items():
-            value = getattr(part, name, None)
-            if isinstance(value, float) and (place, name) != ("surface.heights", "density"):
-                yield f"{place}.{name}", value, usual
-    friction = getattr(study.joint, "friction_coefficient", None)
-    if friction is not None:
-        yield "joint.friction_coefficient", float(friction), _FRICTION
-    area = getattr(surface, "area", None)
+def _usual_values(part: Any, key: str, path: str) -> Iterator[tuple[str, float, Usual]]:
+    """Yield the numbers of a study that have a usual range, by key.
+
+    ``path`` is the key without the name of a material, by which ranges are listed.
+    """
+    if isinstance(part, Part):
+        for name, attribute in part.attributes.items():
+            inner = f"{path}.{name}".lstrip(".")
+            yield from _usual_values(getattr(part, attribute), f"{key}.{name}".lstrip("."), inner)
+    elif isinstance(part, dict):
+        for name, value in part.items():
+            yield from _usual_values(value, f"{key}.{name}", path)
+    elif path in _USUAL and isinstance(part, (float, tuple)):
+        for value in sorted({min(part), max(part)}) if isinstance(part, tuple) else [part]:
+            yield key, float(value), _USUAL[path]
+
+
+def _derived_values(study: Any) -> Iterator[tuple[str, float, Usual]]:
+    """Yield numbers that follow from several keys, or whose usual range depends on others."""
+    area, part = getattr(study.surface, "area", None), study.structure
     for load in study.joint.loads if area else ():
         yield "joint.normal_load over surface.area", load / area, _PRESSURE
-    for amplitude in study.excitation.amplitudes or ():
-        yield "excitation.amplitudes", amplitude, _AMPLITUDE
-    if study.structure is not None:
-        yield from _usual_of_structure(study.structure)
-
-
-def _usual_of_structure(part: Any) -> Iterator[tuple[str, float, UsualRange]]:
-    for name in ("length", "width", "thickness", "lap"):
-        if getattr(part, name) is None:
-            continue
-        yield f"structure.{name}", getattr(part, name), _SIZE
-    if part.density is not None:
-        yield "structure.density", part.density, _BODY
-    extent = part.extent
-    usual = UsualRange(1e-10 * extent, 1e-2 * extent, "m", "vibration of a part of this length")
+    if part is None:
+        return
     if part.quantity == "displacement":
+        usual = (1e-10 * part.extent, 1e-2 * part.extent, "m", "vibration of a part of this length")
         yield "structure.amplitude.from", float(part.amplitudes[0]), usual
         yield "structure.amplitude.to", float(part.amplitudes[-1]), usual
-    if part.base_damping_ratio:
-        yield "structure.base_damping_ratio", float(part.base_damping_ratio), _BASE_DAMPING
-    for force in part.force.amplitude if part.force is not None else ():
-        yield "structure.force.amplitude", force, _FORCE
     if part.bolts.shank is not None:
         section = 0.25 * math.pi * float(part.bolts.shank) ** 2
         for tension in sorted({float(tension) for tension in part.tension}):
             yield "structure.bolts tension over the section of a shank", tension / section, _BOLT
 
 
-def _question(key: str, value: float, usual: UsualRange) -> str | None:
-    if usual.low <= value <= usual.high:
-        return None
+def _question(key: str, value: float, usual: Usual) -> str:
+    low, high, unit, of = usual
+    if low <= value <= high or (value == 0.0 and key == "structure.base_damping_ratio"):
+        return ""
 
     def written(number: float) -> str:
-        if usual.unit in ("", "1/m^2", "m^2", "kg/m^3"):
-            return f"{significant(number)} {usual.unit}".rstrip()
-        return engineering(number, usual.unit, 4, trim=True)
+        if unit in ("", "1/m^2", "m^2", "kg/m^3"):
+            return f"{significant(number)} {unit}".rstrip()
+        return engineering(number, unit, 4, trim=True)
 
     # Usually a wrong prefix or decimal point.
-    factors = (1e3, 1e-3, 1e6, 1e-6) if usual.unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
-    likely = next((f * value for f in factors if usual.low <= f * value <= usual.high), None)
+    factors = (1e3, 1e-3, 1e6, 1e-6) if unit not in ("", "1/m^2") else (0.01, 0.1, 1e6, 1e-6)
+    likely = next((f * value for f in factors if low <= f * value <= high), None)
     guess = "" if likely is None else f" Was {written(likely)} meant?"
     return (
-        f"{key}: is it really {written(value)}? Usual is {written(usual.low)} to "
-        f"{written(usual.high)} ({usual.of}).{guess}"
+        f"{key}: is it really {written(value)}? Usual is {written(low)} to "
+        f"{written(high)} ({of}).{guess}"
     )

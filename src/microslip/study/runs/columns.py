@@ -65,12 +65,6 @@ class AmplitudeCurve(ResultColumns):
     stick_share: Floats | None
 
     @classmethod
-    def of_forces(cls, joint: Interface, force_amplitude: Floats) -> AmplitudeCurve:
-        """Return the quantities of a joint at force amplitudes [N] > 0, one-dimensional."""
-        amplitude = np.asarray(joint.backbone_displacement(force_amplitude))
-        return cls.of(joint, amplitude, force_amplitude)
-
-    @classmethod
     def of(cls, joint: Interface, amplitude: Floats, force: Floats | None = None) -> AmplitudeCurve:
         """Return the quantities of a joint at displacement amplitudes [m] and their forces [N]."""
         if force is None:

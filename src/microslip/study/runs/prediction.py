@@ -298,4 +298,5 @@ def _row(study: StudyDescription, joint: Interface, excitation: ExcitationTable)
         with naming_key(study, "excitation.amplitudes"):
             return AmplitudeCurve.of(joint, np.array(excitation.amplitudes))
     with naming_key(study, "excitation.force_amplitudes"):
-        return AmplitudeCurve.of_forces(joint, np.array(excitation.force_amplitudes))
+        forces = np.array(excitation.force_amplitudes)
+        return AmplitudeCurve.of(joint, np.asarray(joint.backbone_displacement(forces)), forces)

@@ -8,7 +8,6 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,14 +35,15 @@ from microslip.structures.mesh import (
 if TYPE_CHECKING:
     from microslip.structures.reduction_model import ReducedJoint
 
-_SOLIDS = {
-    "hexahedron": "hexahedron", "hexahedron20": "hexahedron", "hexahedron27": "hexahedron",
-    "tetra": "tetra", "tetra10": "tetra",
+_KINDS = {
+    "hexahedron": ("hexahedron", 8), "hexahedron20": ("hexahedron", 8),
+    "hexahedron27": ("hexahedron", 8), "tetra": ("tetra", 4), "tetra10": ("tetra", 4),
+    "quad": ("quad", 4), "quad8": ("quad", 4), "quad9": ("quad", 4),
+    "triangle": ("triangle", 3), "triangle6": ("triangle", 3),
 }  # fmt: skip
-_CORNERS = {"hexahedron": 8, "tetra": 4}
-_SIDES = {
-    "quad": 4, "quad8": 4, "quad9": 4, "triangle": 3, "triangle6": 3,
-}  # fmt: skip
+"""Kind without midside nodes, and number of corners, of meshio's cells and facets."""
+Cells = dict[str, Indices]
+"""Corners of cells, or numbers of cells, by kind."""
 _TAGS = "gmsh:physical"
 _NASTRAN = (".bdf", ".nas", ".fem")
 _MOST_GROUPS = 1000  # of one array of cell data; more are results, not groups
@@ -114,11 +114,14 @@ class MeshedJoint(Locked):
         for role, names in (("bodies", bodies), ("contacts", contacts), ("bolts", bolts)):
             if not names:
                 raise InputError(f"{role} must be named, got none")
-        content = _meshio(file, limit)
-        kind, cells, numbers = _solids(file, content)
-        named = _Names(file, content, numbers)
+        with reading(file, "a mesh", limit):
+            content = parsed(
+                "mesh", file, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND
+            )
+        named = _Names(file, content)
+        kind, cells = named.kind, named.cells
         used, inverse = np.unique(cells, return_inverse=True)
-        points = np.asarray(content.points, dtype=float)[:, :3] * scale
+        points = content["points"] * scale
         extent = float(np.ptp(points[used], axis=0).max())
         if extent > _LARGEST:
             raise InputError(
@@ -153,14 +156,14 @@ class MeshedJoint(Locked):
         for pair in contacts:
             if isinstance(pair, str) or len(tuple(pair)) != 2:
                 raise InputError(f"a contact must be two names of faces, got {show(pair)}")
-            lower, upper = (renamed[named.face(name, kind, cells)] for name in pair)
+            lower, upper = (renamed[named.face(name)] for name in pair)
             if np.intersect1d(lower, upper).size:
                 raise InputError(
                     f"{file.name}: the faces {quoted(pair, 'and')} share nodes; a contact "
                     "needs its own nodes on each side"
                 )
             faces.append(ContactFaces(f"{pair[0]} on {pair[1]}", lower, upper))
-        corners = [renamed[named.nodes(name, kind, cells)].ravel() for name in ground]
+        corners = [renamed[named.nodes(name)].ravel() for name in ground]
         fixed = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *corners]))
         mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), (), fixed)
         volumes = {name: named.volume(name) for name in bolts}
@@ -284,15 +287,6 @@ def _axis(mesh: JointMesh, members: Indices) -> Floats:
     return axis
 
 
-def _meshio(path: Path, limit: int) -> SimpleNamespace:
-    with reading(path, "a mesh", limit):
-        content = parsed(
-            "mesh", path, read_mesh, libraries=["meshio"], bytes_a_second=_BYTES_A_SECOND
-        )
-    content["cells"] = [SimpleNamespace(**block) for block in content["cells"]]
-    return SimpleNamespace(**content)
-
-
 def read_mesh(path: Path) -> dict[str, Any]:
     """Read a mesh by meshio in a child process; validate all node and cell numbers."""
     with needed_for("meshes are read by"):
@@ -329,16 +323,16 @@ def read_mesh(path: Path) -> dict[str, Any]:
         if index.size and (index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= size):
             raise ValueError("names nodes or cells that it does not have")
     # Gmsh writes a block of cells for each part of the geometry. One for each kind is kept.
-    kinds = [block.type for block in mesh.cells]
+    kinds = [_KINDS.get(block.type, (block.type, None))[0] for block in mesh.cells]
 
-    def by_kind(blocks: Any, numbers: bool = False) -> list[Any]:
+    def by_kind(blocks: Any, numbers: bool = False) -> Cells:
         merged: dict[str, list[Any]] = {kind: [] for kind in kinds}
         start = dict.fromkeys(kinds, 0)
         for kind, size, block in zip(kinds, sizes, blocks, strict=True):
             block = np.zeros(0, dtype=int) if block is None else np.asarray(block)
             merged[kind].append(block + start[kind] if numbers else block)
             start[kind] += size
-        return [np.concatenate(parts) for parts in merged.values()]
+        return {kind: np.concatenate(parts) for kind, parts in merged.items()}
 
     data = {name: by_kind(blocks) for name, blocks in mesh.cell_data.items()}
     tags = getattr(mesh, "cell_tags", {})
@@ -347,10 +341,12 @@ def read_mesh(path: Path) -> dict[str, Any]:
         named += [(_TAGS, number, name) for name, (number, _) in mesh.field_data.items()]
     groups = _numbered_groups(data, named)
     groups |= {name: by_kind(blocks, numbers=True) for name, blocks in cell_sets.items()}
-    cells = zip(dict.fromkeys(kinds), by_kind([block.data for block in mesh.cells]), strict=True)
+    corners = [_KINDS.get(block.type, (block.type, None))[1] for block in mesh.cells]
     return {
         "points": points,
-        "cells": [{"type": kind, "data": block} for kind, block in cells],
+        "cells": by_kind(
+            [np.asarray(b.data)[:, :count] for b, count in zip(mesh.cells, corners, strict=True)]
+        ),
         "cell_sets": groups,
         "point_sets": {name: np.asarray(nodes) for name, nodes in mesh.point_sets.items()},
     }
@@ -375,53 +371,46 @@ def _as_meshio_reads(path: Path) -> io.StringIO | Path:
 
 
 def _numbered_groups(
-    cell_data: Mapping[str, Any], named: Iterable[tuple[str, int, str]]
-) -> dict[str, list[Indices]]:
+    cell_data: Mapping[str, Cells], named: Iterable[tuple[str, int, str]]
+) -> dict[str, Cells]:
     """Return the cells of numbered groups by keys such as ``"nastran:ref 3"``, and by name.
 
     ``named`` holds the array, the number and the name of parts of each named group.
     """
-    groups: dict[str, list[Indices]] = {}
+    groups: dict[str, Cells] = {}
     for array, columns in cell_data.items():
-        if any(column.ndim != 1 or column.dtype.kind not in "iu" for column in columns):
+        if any(c.ndim != 1 or c.dtype.kind not in "iu" for c in columns.values()):
             continue
-        values = np.unique(np.concatenate(columns)) if columns else np.zeros(0)
+        values = np.unique(np.concatenate(list(columns.values()))) if columns else np.zeros(0)
         if values.size <= _MOST_GROUPS:
             for value in values:
-                groups[f"{array} {value}"] = [np.flatnonzero(c == value) for c in columns]
+                groups[f"{array} {value}"] = {
+                    kind: np.flatnonzero(column == value) for kind, column in columns.items()
+                }
     for array, number, name in named:
-        if array not in cell_data:
-            continue
-        part = [np.flatnonzero(c == number) for c in cell_data[array]]
-        groups[name] = list(map(np.union1d, groups.get(name, part), part))
+        for kind, column in cell_data.get(array, {}).items():
+            part = np.flatnonzero(column == number)
+            group = groups.setdefault(name, {})
+            group[kind] = np.union1d(group.get(kind, part), part)
     return groups
 
 
-def _solids(path: Path, file: Any) -> tuple[str, Indices, list[Indices]]:
-    kinds = {_SOLIDS[block.type] for block in file.cells if block.type in _SOLIDS}
-    unsupported = {b.type for b in file.cells if b.type.startswith(("wedge", "pyramid"))}
-    if len(kinds) != 1 or unsupported:
-        listed = ", ".join(sorted(kinds | unsupported)) or "none"
-        raise InputError(
-            f"{path.name}: wanted hexahedra or tetrahedra, one kind of them, got {listed}"
-        )
-    (kind,) = kinds
-    cells, numbers, count = [], [], 0
-    for block in file.cells:
-        if block.type in _SOLIDS:
-            cells.append(np.asarray(block.data)[:, : _CORNERS[kind]])
-            numbers.append(np.arange(count, count + len(block.data)))
-            count += len(block.data)
-        else:
-            numbers.append(np.zeros(0, dtype=np.int64))
-    return kind, np.concatenate(cells).astype(np.int64), numbers
-
-
 class _Names:
-    def __init__(self, path: Path, file: Any, numbers: list[Indices]) -> None:
-        self._path, self._file, self._numbers = path, file, numbers
-        self._sets: dict[str, list[Indices]] = file.cell_sets
-        self._nodes = file.point_sets
+    """Cells of a mesh in a file, and those that have a name."""
+
+    def __init__(self, path: Path, content: dict[str, Any]) -> None:
+        self._path, self._all, self._points = path, content["cells"], content["points"]
+        self._sets: dict[str, Cells] = content["cell_sets"]
+        self._nodes = content["point_sets"]
+        kinds = {"hexahedron", "tetra"} & self._all.keys()
+        unsupported = {kind for kind in self._all if kind.startswith(("wedge", "pyramid"))}
+        if len(kinds) != 1 or unsupported:
+            listed = ", ".join(sorted(kinds | unsupported)) or "none"
+            raise InputError(
+                f"{path.name}: wanted hexahedra or tetrahedra, one kind of them, got {listed}"
+            )
+        (self.kind,) = kinds
+        self.cells = np.asarray(self._all[self.kind], dtype=np.int64)
         if not self._sets:
             raise InputError(
                 f"{path.name}: has no names; name its volumes and faces, as physical groups in "
@@ -442,35 +431,30 @@ class _Names:
     def volume(self, name: str) -> Indices:
         if name not in self._sets:
             raise self._missing(name, "volume")
-        pairs = zip(self._numbers, self._sets[name], strict=True)
-        members = [numbers[index] for numbers, index in pairs if len(numbers)]
-        result = np.concatenate(members) if members else np.zeros(0, dtype=np.int64)
-        if result.size == 0:
+        members = self._sets[name].get(self.kind, ())
+        if not len(members):
             raise InputError(f'{self._path.name}: "{name}" holds no solid cells')
-        return np.asarray(result, dtype=np.int64)
+        return np.asarray(members, dtype=np.int64)
 
-    def nodes(self, name: str, kind: str, cells: Indices) -> Indices:
+    def nodes(self, name: str) -> Indices:
         try:
-            return cells[self.volume(name)]
+            return self.cells[self.volume(name)]
         except InputError:
-            return self.face(name, kind, cells)
+            return self.face(name)
 
-    def face(self, name: str, kind: str, cells: Indices) -> Indices:
+    def face(self, name: str) -> Indices:
         if name in self._sets:
-            parts = []
-            for block, index in zip(self._file.cells, self._sets[name], strict=True):
-                if block.type in _SIDES and len(index):
-                    parts.append(np.asarray(block.data)[index][:, : _SIDES[block.type]])
-            widths = {part.shape[1] for part in parts}
-            if len(widths) == 1:
-                return np.concatenate(parts).astype(np.int64)
+            members = self._sets[name]
+            kinds = [kind for kind in ("quad", "triangle") if len(members.get(kind, ()))]
+            if len(kinds) == 1:
+                return np.asarray(self._all[kinds[0]][members[kinds[0]]], dtype=np.int64)
             if name not in self._nodes:
                 raise InputError(f'{self._path.name}: "{name}" holds no facets of one kind')
         if name not in self._nodes:
             raise self._missing(name, "face")
-        inside = np.zeros(len(self._file.points), dtype=bool)
+        inside = np.zeros(len(self._points), dtype=bool)
         inside[self._nodes[name]] = True
-        facets = facets_of(cells, kind)
+        facets = facets_of(self.cells, self.kind)
         facets = facets[inside[facets].all(axis=1)]
         if not len(facets):
             raise InputError(f'{self._path.name}: no side of a cell has all its nodes in "{name}"')

@@ -200,7 +200,7 @@ def test_incomplete_bases_are_refused() -> None:
     for words, other in (
         ("must not deform joints", {"directions": np.ones(3)}),
         (r"shape \(3,\) or", {"directions": np.ones(4)}),
-        ("input 0 is all zeros", {"directions": np.zeros(3)}),
+        (r"column \(0,\) is all zeros", {"directions": np.zeros(3)}),
         ("control must be", {"directions": np.ones(3), "control": "sensor"}),
         ("needs the sensor", {"directions": np.ones(3), "control": "response"}),
         ("at and level belong", {"directions": np.ones(3), "level": 1.0}),

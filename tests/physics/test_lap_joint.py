@@ -334,8 +334,8 @@ def test_the_error_told_of_few_patches_holds_what_many_change() -> None:
     # much as halves along (-1.4 and -0.6 %), and the estimated limit is that of both directions.
     few, many = (
         beam.reduce(
-            BEAM_STEEL, 7784.3, patches, kept_modes=kept, form=form, element_size=size
-        ).tightened(surface, 0.3).modes(0, amplitudes)
+            BEAM_STEEL, 7784.3, patches, kept_modes=kept, element_size=size
+        ).with_form(form).tightened(surface, 0.3).modes(0, amplitudes)
         for patches, kept, size in (((15, 2), 14, None), ((36, 4), 28, 0.0033))
     )  # fmt: skip
     for name, change, error in zip(

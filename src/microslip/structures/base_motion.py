@@ -16,7 +16,7 @@ from typing import Any, Literal, NoReturn, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, floats, positive, show
+from microslip._core.checks import Floats, positive, show
 from microslip._core.errors import InputError
 from microslip._core.wording import quoted
 from microslip.structures.balance import Balance
@@ -30,7 +30,7 @@ from microslip.structures.forced import (
 from microslip.structures.forced_path import Control, Drive, at_frequency, follow
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import change_rows, joint_motion
-from microslip.structures.matrices import dense, factorised, is_sparse, vector
+from microslip.structures.matrices import direction_matrix, is_sparse, solve, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import MotionQuantity, harmonic_basis, power_of
 from microslip.structures.static import AtRest, solver_method, static_state
@@ -84,25 +84,10 @@ def base_motion(
     return _at_supports(rest, directions, supports, damping_frame)
 
 
-def _columns(name: str, value: ArrayLike, rows: int, what: str) -> Floats:
-    array = floats(name, value)
-    if array.ndim == 1:
-        array = array[:, None]
-    if array.ndim != 2 or array.shape[0] != rows or not array.shape[1]:
-        raise InputError(
-            f"{name} must have the shape ({rows},) or ({rows}, inputs), one row for each {what}, "
-            f"got {array.shape}"
-        )
-    idle = np.flatnonzero(~array.any(axis=0))
-    if idle.size:
-        raise InputError(f"{name} must have a nonzero number: input {int(idle[0])} is all zeros")
-    return array
-
-
 def _under_the_structure(
     rest: AtRest, directions: ArrayLike, frame: Frame | None, joints_on_base: bool
 ) -> BaseMotion:
-    carried = _columns("directions", directions, rest.static_force.size, "degree of freedom")
+    carried = direction_matrix("directions", directions, rest.static_force.size)
     # A geometry bends with the motion from the base, which is what the matrices count.
     joints = tuple(a for a in rest.attachments if not isinstance(a, GeometryAttachment))
     share, place = joint_motion(joints, carried)
@@ -163,7 +148,7 @@ def _at_supports(
             f"supports must be different degrees of freedom from 0 to {size - 1}, not all of "
             f"them, such as [0, {size - 1}], got {show(supports)}"
         )
-    moved = _columns("directions", directions, given.size, "support")
+    moved = direction_matrix("directions", directions, given.size)
     free = np.setdiff1d(np.arange(size), given)
     inner_joints = [change_rows(a, lambda rows: rows[free]) for a in rest.attachments]
     cut = np.ix_(free, free)
@@ -185,7 +170,7 @@ def _at_supports(
     carried = np.zeros((size, moved.shape[1]))
     carried[given] = moved
     pull = -np.asarray(_part(stuck, np.ix_(free, given)) @ moved)
-    carried[free] = _solve(_part(stuck, cut), pull)
+    carried[free] = solve(_part(stuck, cut), pull)
     shapes = np.zeros((size, inner.size))
     shapes[free] = inner.shapes
     model = replace(
@@ -218,12 +203,6 @@ def _is_rigid(rest: AtRest, carried: Floats) -> bool:
 
 def _part(matrix: Any, cut: Any) -> Any:
     return matrix.tocsc()[cut] if is_sparse(matrix) else matrix[cut]
-
-
-def _solve(matrix: Any, right: Floats) -> Floats:
-    if is_sparse(matrix):
-        return np.asarray(factorised(matrix).solve(np.ascontiguousarray(right)))
-    return np.asarray(np.linalg.solve(dense(matrix), right))
 
 
 ControlOf = Literal["base", "response"]

@@ -15,7 +15,7 @@ from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.parameters import parameter, parameters_of
 from microslip.contact.materials import Material
-from microslip.structures.bolts import Bolts
+from microslip.structures.bolts import Bolts, metres
 from microslip.structures.mesh import (
     Body,
     ContactFaces,
@@ -31,11 +31,6 @@ from microslip.structures.mesh import (
 
 Style = Literal["half-lap", "single-lap"]
 _ARC = 24  # cells along a curved part, at least
-
-
-def declared_length(symbol: str, meaning: str, example: float) -> dict[str, Any]:
-    """Return metadata of a dataclass field for a length above zero [m], see :func:`parameter`."""
-    return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +52,7 @@ class Lap:
     """
 
     at: float = field(metadata=parameter("x", "m", "middle of the lap", example=-0.2))
-    length: float = field(metadata=declared_length("l", "length of the overlap", 0.1))
+    length: float = field(metadata=metres("l", "length of the overlap", 0.1))
     bolts: Bolts
 
     def __post_init__(self) -> None:

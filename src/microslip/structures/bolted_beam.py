@@ -17,8 +17,8 @@ from microslip._core.parameters import parameter, parameters_of
 from microslip._core.wording import quoted
 from microslip.contact import NormalLaw
 from microslip.contact.materials import Material
-from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh, declared_length
-from microslip.structures.bolts import Bolts
+from microslip.structures.beam_mesh import Lap, Stretch, Style, beam_mesh
+from microslip.structures.bolts import Bolts, metres
 from microslip.structures.geometry import Bending, Sizes, Strip, strip_sensors
 from microslip.structures.mesh import (
     SIDE,
@@ -146,7 +146,6 @@ class Drawing:
         density: Any,
         patches: Any = None,
         *,
-        form: Any = None,
         kept_modes: int = 14,
         element_size: float | None = None,
         sensors: Mapping[str, Any] | None = None,
@@ -164,8 +163,6 @@ class Drawing:
             Number of patches along and across each lap, or the bounds of each patch: rows of
             x from, x to, y from, y to [m]. By default some 60 patches a lap, such as 30 x 2.
             Patches that the elements cannot resolve are merged with their neighbours.
-        form : array_like or callable, optional
-            Gap between the unloaded faces, see :meth:`ReducedJoint.with_form`; flat by default.
         kept_modes : int
             Number of modes with immovable patches and bolts, besides the static shapes.
         element_size : float, optional
@@ -179,7 +176,7 @@ class Drawing:
         -------
         ReducedJoint
             Mass, stiffness, patches, bolts and sensors; without contact forces and without
-            rigid-body motion.
+            rigid-body motion. Its faces are flat, see :meth:`ReducedJoint.with_form`.
 
         Notes
         -----
@@ -193,7 +190,6 @@ class Drawing:
         return Reducer(mesh, masses, _ALONG).reduce(
             tension=self.tension,
             patches=patches,
-            form=form,
             kept_modes=kept_modes,
             sensors=sensors,
         )
@@ -229,8 +225,8 @@ class Drawing:
         mode : int
             Index of the elastic mode, from 0.
         patches, form : optional
-            Initial patches, and a form as for :meth:`reduce`: a function or a table, but not an
-            array of one gap per patch, since the patches change.
+            Initial patches, and a form as for :meth:`ReducedJoint.with_form`: a function or a
+            table, but not an array of one gap per patch, since the patches change.
         tolerance : float
             Refinement ends when halving the patches changes the damping ratio by less than this
             fraction [-].
@@ -316,12 +312,10 @@ class LapJoint(Drawing):
     'half-lap'
     """
 
-    length: float = field(metadata=declared_length("L", "length from end to end", 0.72))
-    width: float = field(metadata=declared_length("b", "width, across", 0.0254))
-    thickness: float = field(
-        metadata=declared_length("t", "thickness of each part outside the lap", 0.0254)
-    )
-    lap: float = field(metadata=declared_length("l", "length of the overlap", 0.12))
+    length: float = field(metadata=metres("L", "length from end to end", 0.72))
+    width: float = field(metadata=metres("b", "width, across", 0.0254))
+    thickness: float = field(metadata=metres("t", "thickness of each part outside the lap", 0.0254))
+    lap: float = field(metadata=metres("l", "length of the overlap", 0.12))
     bolts: Bolts
     style: Style = "half-lap"
 
@@ -383,10 +377,10 @@ class BoltedBeam(Drawing):
     ('part 1', 'part 2', 'part 3')
     """
 
-    length: float = field(metadata=declared_length("L", "length from end to end", 0.72))
-    width: float = field(metadata=declared_length("b", "width, across", 0.0254))
+    length: float = field(metadata=metres("L", "length from end to end", 0.72))
+    width: float = field(metadata=metres("b", "width, across", 0.0254))
     thickness: float = field(
-        metadata=declared_length("t", "thickness of each part outside the laps", 0.0254)
+        metadata=metres("t", "thickness of each part outside the laps", 0.0254)
     )
     laps: Sequence[Lap]
     style: Style = "half-lap"

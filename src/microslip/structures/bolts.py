@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, exact, floats, number, positive
+from microslip._core.checks import Floats, exact, floats, positive, positives
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.parameters import parameter, parameters_of
@@ -24,7 +24,8 @@ from microslip.structures.bolt_tightening import (
 )
 
 
-def _size(symbol: str, meaning: str, example: float) -> dict[str, Any]:
+def metres(symbol: str, meaning: str, example: float) -> dict[str, Any]:
+    """Return metadata of a dataclass field for a length above zero [m], see :func:`parameter`."""
     return parameter(symbol, "m", meaning, above=0.0, example=example)
 
 
@@ -96,15 +97,15 @@ class Bolts(Locked):
     # Always set after creation: given, or by the size.
     shank: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("d_s", "diameter of the shanks", 0.008),
+        metadata=metres("d_s", "diameter of the shanks", 0.008),
     )
     hole: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("d_h", "diameter of the holes", 0.009),
+        metadata=metres("d_h", "diameter of the holes", 0.009),
     )
     washer: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("d_2", "outer diameter of the washers", 0.016),
+        metadata=metres("d_2", "outer diameter of the washers", 0.016),
     )
     tension: Any = field(
         default=None,
@@ -117,7 +118,8 @@ class Bolts(Locked):
         ),
     )
     thread: float | None = field(
-        default=None, metadata=_size("d", "nominal diameter of the thread, for a torque", 0.008)
+        default=None,
+        metadata=metres("d", "nominal diameter of the thread, for a torque", 0.008),
     )
     nut_factor: float | None = field(
         default=None,
@@ -126,7 +128,8 @@ class Bolts(Locked):
         ),
     )
     pitch: float | None = field(
-        default=None, metadata=_size("P", "pitch of the thread, with two frictions", 0.00125)
+        default=None,
+        metadata=metres("P", "pitch of the thread, with two frictions", 0.00125),
     )
     thread_friction: float | None = field(
         default=None, metadata=_friction("mu_G", "friction in the thread")
@@ -136,11 +139,11 @@ class Bolts(Locked):
     )
     head: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("s", "width of head and nut, 1.6 shank diameters unless given", 0.013),
+        metadata=metres("s", "width of head and nut, 1.6 shank diameters unless given", 0.013),
     )
     washer_thickness: float = field(
         default=None,  # type: ignore[assignment]
-        metadata=_size("h", "thickness of a washer, a fifth of the shank unless given", 0.0016),
+        metadata=metres("h", "thickness of a washer, a fifth of the shank unless given", 0.0016),
     )
     mass: float | None = field(
         default=None,
@@ -364,6 +367,4 @@ def each_bolt(name: str, value: ArrayLike, count: int, unit: str) -> Floats:
             f"{name} must be one number [{unit}], or one for each of the {count} bolts, got shape "
             f"{array.shape}"
         )
-    for item in array:
-        positive(name, number(name, item, unit), unit)
-    return array.copy()
+    return positives(name, array, unit).copy()

@@ -204,15 +204,11 @@ def _tensor(name: str, value: ArrayLike | None, p: int, order: int) -> Floats:
     return tensor
 
 
-def _powers(forms: Floats, order: int) -> Floats:
-    result = np.ones((len(forms), 1))
-    for _ in range(order):
-        result = (result[:, :, None] * forms[:, None, :]).reshape(len(forms), -1)
-    return result
-
-
 def _as_powers(tensor: Floats, forms: Floats, order: int) -> Floats:
-    return np.asarray(np.linalg.lstsq(_powers(forms, order).T, tensor.reshape(-1))[0])
+    powers = np.ones((len(forms), 1))
+    for _ in range(order):
+        powers = (powers[:, :, None] * forms[:, None, :]).reshape(len(forms), -1)
+    return np.asarray(np.linalg.lstsq(powers.T, tensor.reshape(-1))[0])
 
 
 def _fit(z: Floats, forces: Floats, reach: Floats, forms: Floats) -> tuple[Springs, Floats]:

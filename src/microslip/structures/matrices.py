@@ -135,6 +135,23 @@ def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
     )
 
 
+def solve(matrix: Any, right: Floats) -> Floats:
+    """Return the solution (n, columns) of linear equations with a dense or sparse matrix."""
+    if is_sparse(matrix):
+        return np.asarray(factorised(matrix, 0.01).solve(np.ascontiguousarray(right)))
+    return np.asarray(np.linalg.solve(matrix, right))
+
+
+def with_springs(stiffness: Any, columns: Any, springs: Floats) -> Any:
+    """Return the stiffness with springs [N/m] along ``columns``, K + B diag(k) B^T."""
+    if is_sparse(stiffness):
+        from scipy.sparse import csc_matrix, diags
+
+        sides = csc_matrix(columns)
+        return (stiffness + sides @ diags(springs) @ sides.T).tocsc()
+    return stiffness + (columns * springs) @ columns.T
+
+
 def positive_definite(matrix: Any) -> bool:
     """Return whether all eigenvalues of a symmetric matrix are above zero."""
     if is_sparse(matrix):
@@ -162,7 +179,7 @@ def vector(name: str, value: ArrayLike, size: int) -> Floats:
 def direction_matrix(name: str, value: Any, size: int, last: Sequence[int] = ()) -> Any:
     """Validate directions of shape (size, joints), or (size, nodes, k) with k in ``last``."""
     array = floats(name, value.toarray() if is_sparse(value) else value)
-    expected = f"({size},) or ({size}, joints)"
+    expected = f"({size},) or ({size}, columns)"
     if last:
         expected = f"({size}, nodes, {last[0]}), or ({size}, nodes, {last[1]}) in a plane"
     came = array.shape

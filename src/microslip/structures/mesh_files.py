@@ -108,6 +108,8 @@ class MeshedJoint(Locked):
         Only corner nodes are used: cells with midside nodes become straight. Displacements are
         quadratic in all cells.
         """
+        from microslip.structures.reduction_patches import contact_frame
+
         file = Path(path)
         bodies, contacts, bolts = dict(bodies), list(contacts), dict(bolts)
         scale = positive("scale", scale, "m", 1e-3)
@@ -167,12 +169,16 @@ class MeshedJoint(Locked):
         fixed = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *corners]))
         mesh = JointMesh(points[used], solids, kind, tuple(parts), tuple(faces), (), fixed)
         volumes = {name: named.volume(name) for name in bolts}
-        shanks = tuple(Shank(name, cells, _axis(mesh, cells)) for name, cells in volumes.items())
+        shanks = []
+        for name, members in volumes.items():
+            nearest = _nearest(mesh, mesh.points[mesh.cells[members]].mean(axis=(0, 1)))
+            axis = contact_frame(mesh, mesh.contacts[nearest], None).axes[2]
+            shanks.append(Shank(name, members, axis))
         tension = tuple(
             positive(f'the tension of bolt "{name}"', value, "N", 12e3)
             for name, value in bolts.items()
         )
-        return cls(replace(mesh, shanks=shanks), tension)
+        return cls(replace(mesh, shanks=tuple(shanks)), tension)
 
     def __repr__(self) -> str:
         mesh = self.mesh
@@ -224,7 +230,6 @@ class MeshedJoint(Locked):
         self,
         patches: Any = None,
         *,
-        form: Any = None,
         kept_modes: int = 14,
         sensors: Mapping[str, Any] | None = None,
         masses: Mapping[Any, float] | None = None,
@@ -234,7 +239,7 @@ class MeshedJoint(Locked):
 
         Parameters
         ----------
-        patches, form, kept_modes, sensors, masses : optional
+        patches, kept_modes, sensors, masses : optional
             As for :meth:`LapJoint.reduce`; patches are those of each contact.
         along : array_like, optional
             Direction x along the contacts [-], of shape (3,); by default that in which the faces
@@ -258,7 +263,6 @@ class MeshedJoint(Locked):
         return Reducer(self.mesh, masses, _direction(along)).reduce(
             tension=self.tension,
             patches=patches,
-            form=form,
             kept_modes=kept_modes,
             sensors=sensors,
         )
@@ -277,14 +281,6 @@ def _direction(along: ArrayLike | None) -> Floats | None:
 def _nearest(mesh: JointMesh, place: Floats) -> int:
     middles = (mesh.points[contact.lower].mean(axis=1) for contact in mesh.contacts)
     return int(np.argmin([np.linalg.norm(m - place, axis=1).min() for m in middles]))
-
-
-def _axis(mesh: JointMesh, members: Indices) -> Floats:
-    from microslip.structures.reduction_patches import contact_frame
-
-    nearest = mesh.contacts[_nearest(mesh, mesh.points[mesh.cells[members]].mean(axis=(0, 1)))]
-    axis: Floats = contact_frame(mesh, nearest, None).axes[2]
-    return axis
 
 
 def read_mesh(path: Path) -> dict[str, Any]:

@@ -82,11 +82,6 @@ class ModalCurve(SolverResult, Plottable):
         return np.abs(self.shape.real @ columns) * self.modal_amplitude[:, None]
 
     @property
-    def status(self) -> str:
-        """``solved``, or ``stopped`` if some amplitudes were not reached."""
-        return "solved" if bool(self.converged.all()) else "stopped"
-
-    @property
     def harmonic_error(self) -> Floats:
         """Relative change of the joints' damping ratio by harmonics that were left out [-].
 

@@ -15,13 +15,12 @@ from microslip._core.checks import Floats
 from microslip._core.frozen import LockedArrays
 from microslip.structures.joint_groups import Attachment, JointGroup, all_columns
 from microslip.structures.matrices import (
-    dense,
-    factorised,
     fastest_rate,
-    is_sparse,
     linear_modes,
     rigid_count,
+    solve,
     vector,
+    with_springs,
 )
 
 LARGEST_WHOLE = 1200
@@ -161,15 +160,9 @@ def stuck_stiffness(
     stiffness: Any, attachments: tuple[Attachment, ...], motions: Sequence[Floats]
 ) -> Any:
     """Return the stiffness with all joints sticking about a static state."""
-    columns = all_columns(attachments, stiffness.shape[0])
     springs = [a.stuck(u) for a, u in zip(attachments, motions, strict=True)]
-    stuck = np.concatenate([*springs, np.zeros(0)])
-    if is_sparse(stiffness):
-        from scipy.sparse import csc_matrix, diags
-
-        sides = csc_matrix(columns)
-        return (stiffness + sides @ diags(stuck) @ sides.T).tocsc()
-    return stiffness + (columns * stuck) @ columns.T
+    columns = all_columns(attachments, stiffness.shape[0])
+    return with_springs(stiffness, columns, np.concatenate([*springs, np.zeros(0)]))
 
 
 def _reduced(stiffness: Any, mass: Any, columns: Floats) -> tuple[Floats, Floats, Floats]:
@@ -205,10 +198,7 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
     """Return the static displacements under a unit force along each column."""
     # A shift far below the first frequency makes up for rigid motions.
     shift = 1e-10 * fastest_rate(stiffness, mass)
-    matrix = stiffness + shift * mass
-    if is_sparse(matrix):
-        return np.asarray(factorised(matrix, 0.01).solve(np.ascontiguousarray(columns)))
-    return np.asarray(np.linalg.solve(dense(matrix), columns))
+    return solve(stiffness + shift * mass, columns)
 
 
 class SolverResult(LockedArrays):

@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, positive, record, show, whole_number
+from microslip._core.checks import Floats, positive, positives, record, show, whole_number
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip._core.units import (
@@ -83,9 +83,7 @@ class ModalTest(Locked):
 
     def __post_init__(self) -> None:
         for name, unit in (("amplitude", "m"), ("frequency", "Hz"), ("damping_ratio", "")):
-            values = np.atleast_1d(record(name, getattr(self, name))).copy()
-            for value in values:
-                positive(name, float(value), unit)
+            values = np.atleast_1d(positives(name, record(name, getattr(self, name)), unit)).copy()
             assign(self, **{name: lock(values)})
         if not self.amplitude.shape == self.frequency.shape == self.damping_ratio.shape:
             raise InputError(

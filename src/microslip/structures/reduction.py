@@ -91,7 +91,6 @@ class Reducer:
         *,
         tension: Any,
         patches: Any,
-        form: Any = None,
         kept_modes: int = 14,
         sensors: Mapping[str, Any] | None = None,
     ) -> ReducedJoint:
@@ -136,7 +135,7 @@ class Reducer:
                 "base_inertia": np.concatenate(inertia),
                 "sensor_base": sensing @ elements.rigid_motion[:, :3],
             }
-        reduced = ReducedJoint(
+        return ReducedJoint(
             **base,
             mass=0.5 * (mass + mass.T),
             stiffness=stiffness,
@@ -153,7 +152,6 @@ class Reducer:
             full_size=elements.size,
             left_out=patched.left_out,
         )
-        return reduced if form is None else reduced.with_form(form)
 
 
 def _scaled_modes(compliance: Floats) -> tuple[Floats, Floats, Floats]:

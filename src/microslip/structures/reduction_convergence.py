@@ -142,6 +142,7 @@ def converge(
     tolerance: float,
     most_patches: int,
     masses: Any,
+    form: Any,
     progress: Callable[[float], None] | None = None,
     **options: Any,
 ) -> Convergence:
@@ -156,6 +157,7 @@ def converge(
     def trial(boxes: Any, refined: Reducer = reducer, kept_modes: int = 14) -> _Trial:
         nonlocal done
         joint = refined.reduce(patches=boxes, kept_modes=kept_modes, **options)
+        joint = joint if form is None else joint.with_form(form)
         curve = joint.tightened(surface, friction_coefficient).modes(mode, amplitudes)
         done += 1
         if progress is not None:  # of two steps, or with two trials to go

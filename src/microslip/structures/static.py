@@ -25,6 +25,7 @@ from microslip.structures.matrices import (
     least_square,
     linear_modes,
     positive_definite,
+    with_springs,
 )
 from microslip.structures.modal_model import ModalModel, SolverResult, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import HARMONICS
@@ -60,11 +61,7 @@ def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any
         return stiffness
     scale = float(abs(stiffness).max()) or 1.0
     b = columns[:, active] / np.linalg.norm(columns[:, active], axis=0)
-    if is_sparse(stiffness):
-        from scipy.sparse import csc_matrix
-
-        b = csc_matrix(b)
-    return stiffness + scale * (b @ b.T)
+    return with_springs(stiffness, b, np.full(b.shape[1], scale))
 
 
 def static_state(
@@ -147,14 +144,11 @@ class _Solver:
             self._fixed = dense(stiffness) + rate * (rigid @ rigid.T)
 
     def solve(self, tangent: Floats, force: Floats) -> Floats:
+        matrix = with_springs(self._fixed, self._columns, tangent)
         if self._sparse:
-            from scipy.sparse import diags
-
-            matrix = self._fixed + self._columns @ diags(tangent) @ self._columns.T
             return np.asarray(factorised(matrix).solve(force))
         from scipy.linalg import cho_factor, cho_solve
 
-        matrix = self._fixed + (self._columns * tangent) @ self._columns.T
         shift, diagonal = 0.0, np.diag(matrix)
         # What was stiff in an earlier step says how soft a shift is.
         self._stiffest = np.maximum(self._stiffest, diagonal)

@@ -11,7 +11,7 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from microslip._core.checks import Floats, floats, show
+from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign
 from microslip._core.threads import single_threaded
@@ -35,6 +35,7 @@ from microslip.structures.matrices import (
     linear_modes,
     rigid_count,
     symmetric_matrix,
+    vector,
 )
 from microslip.structures.motion import integrate
 from microslip.structures.nonlinear_mode import modes
@@ -241,12 +242,7 @@ class Structure:
         """
         force = np.zeros(self.size)
         if static_force is not None:
-            force = floats("static_force", static_force)
-            if force.shape != (self.size,):
-                raise InputError(
-                    f"static_force must be one force for each of the {self.size} degrees of "
-                    f"freedom, got shape {force.shape}"
-                )
+            force = vector("static_force", static_force, self.size)
         state = self._preload(force)
         self._check_rest(state)
         return state

@@ -13,7 +13,7 @@ from microslip._core.parameters import REQUIRED
 from microslip._core.units import LENGTH
 from microslip.cli.options import offers
 from microslip.study.part import Part, key
-from microslip.study.readers import Place, ReadState
+from microslip.study.readers import Place
 
 CUTOFF = option(
     "cutoff", "Short-wave cut-off.", LENGTH, default=REQUIRED, example="10 um", none="none"
@@ -42,7 +42,7 @@ class Table(Part):
 
 
 def by_study(**given: object) -> Table:
-    return Table.read(given, Place("", ReadState()))
+    return Table.read(given, Place("", None, []))
 
 
 def by_command(*words: str) -> dict[str, object]:

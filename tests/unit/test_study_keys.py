@@ -14,7 +14,7 @@ from microslip._core.options import Option
 from microslip._core.parameters import Number
 from microslip._core.units import Kind
 from microslip.study.part import Key, Part, located_tables
-from microslip.study.readers import DeclaredValue, KeyedError, Place, ReadState
+from microslip.study.readers import DeclaredValue, KeyedError, Place
 from microslip.study.schema import StudyTables
 
 
@@ -37,7 +37,7 @@ PLAIN = {
 
 def read(item: Key, raw: object) -> Any:
     """The value that a key reads."""
-    place = Place("table.key", ReadState())
+    place = Place("table.key", None, [])
     with place.located():
         return item.reader.read(raw, place)
 

@@ -168,7 +168,7 @@ class MeshPart(Part):
             raise KeyedError(".unit", str(error)) from None
         try:
             joint = MeshedJoint.read(
-                place.reading.path(self.file),
+                place.path(self.file),
                 bodies=dict.fromkeys(self.bodies, (_STAND_IN, 1.0)),
                 contacts=self.contacts,
                 bolts=dict.fromkeys(self.bolts, 1.0),
@@ -186,7 +186,7 @@ class MeshPart(Part):
             except InputError as error:
                 key = place.key if along is None else ".along"
                 raise KeyedError(key, str(error)) from None
-        place.reading.notes.append(
+        place.notes.append(
             f"{place.key}: {len(joint.mesh.cells)} {joint.mesh.kind} cells from {self.file}."
         )
 

@@ -15,7 +15,7 @@ from microslip.study.consistency import check_consistency, mean_load
 from microslip.study.joints import Joint
 from microslip.study.metals import with_metals
 from microslip.study.pressure import set_clamped_materials
-from microslip.study.readers import KeyedError, Place, ReadState
+from microslip.study.readers import KeyedError, Place
 from microslip.study.schema import StudyTables
 from microslip.study.structure import StructurePart
 from microslip.study.toml_text import apply, dump, read_text, relocated_text, tables_of
@@ -42,11 +42,10 @@ class StudyDescription(StudyTables):
         notes: Sequence[str] = (),
     ) -> None:
         """Validate tables as read from a file, and set the attributes of this empty study."""
-        reading = ReadState(folder)
-        place = Place("", reading)
+        place = Place("", folder, [*notes])
         try:
             with place.located():
-                read = self.read(with_metals(tables, reading), place)
+                read = self.read(with_metals(tables, place.notes), place)
         except KeyedError as error:
             where = f"{error.key}: " if error.key else ""
             raise StudyError(f"{name}: {where}{error}") from None
@@ -54,7 +53,7 @@ class StudyDescription(StudyTables):
         self._name = name
         self._tables = tables
         self._folder = folder or Path()
-        self._notes = (*notes, *reading.notes)
+        self._notes = tuple(place.notes)
 
     def check(self, place: Place) -> None:
         """Set the default load, and reject invalid combinations of tables."""

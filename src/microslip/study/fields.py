@@ -61,7 +61,7 @@ MATERIALS = key(
 )
 POSITIVE_LENGTH = with_unit(units.LENGTH, "25 mm")
 PLACE = with_unit(units.LENGTH, "30 mm", "any")
-HEIGHT = with_unit(units.LENGTH, "0.5 um", "any")
+ANY_HEIGHT = with_unit(units.LENGTH, "0.5 um", "any")
 UNCERTAIN_LENGTH = Uncertain(with_unit(units.LENGTH, "0.5 um"))
 RADIUS = with_unit(units.LENGTH, "1 mm")
 AMPLITUDE = with_unit(units.LENGTH, "1 um")
@@ -122,8 +122,7 @@ def column_values(
     declared: Number, place: Place, file_name: str, column_name: str, unit: str | None = None
 ) -> tuple[float, ...]:
     """Return a column of a file in SI units; a note of its source is added to the study."""
-    reading, name = place.reading, shorten(file_name, 100)
-    here = reading.path(file_name)
+    name, here = shorten(file_name, 100), place.path(file_name)
     kind = declared.kind if isinstance(declared.kind, Kind) else None
     try:
         with usable(here, "a CSV file"):
@@ -134,8 +133,8 @@ def column_values(
         factor = factor_of(unit, kind, "") if kind else percent
         values = _values(file, column.place, factor, declared)
     except ValueError as error:
-        raise ValueError(f"{name}: {reading.message(str(error), file_name)}") from None
-    reading.notes.append(
+        raise ValueError(f"{name}: {place.message(str(error), file_name)}") from None
+    place.notes.append(
         f'{place.key}: {len(values)} values from {name}, column "{shorten(column.heading, 60)}", '
         f"unit {unit}."
     )

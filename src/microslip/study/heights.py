@@ -8,7 +8,7 @@ import numpy as np
 
 from microslip._core.parameters import parameter_of
 from microslip.contact.heights import Exponential, Gaussian, TabulatedHeights
-from microslip.study.fields import HEIGHT, Numbers, key_for
+from microslip.study.fields import ANY_HEIGHT, Numbers, key_for
 from microslip.study.part import Part, SubTable, key, tag
 from microslip.study.readers import Place
 
@@ -41,7 +41,7 @@ class GivenHeights(Part):
 
     kind: str = tag("values", "Given heights, all equally likely.")
     values: tuple[float, ...] = key(
-        Numbers(HEIGHT, '["0.4 um", "0.7 um"]'), "Heights: a list or a column of a CSV file."
+        Numbers(ANY_HEIGHT, '["0.4 um", "0.7 um"]'), "Heights: a list or a column of a CSV file."
     )
 
     def build(self) -> Any:

@@ -81,11 +81,10 @@ class LawJoint(Part):
 
     def check(self, place: Place) -> None:
         """Read the law from its file."""
-        reading = place.reading
         try:
-            law, band = load_law_and_band(reading.path(self.law_file))
+            law, band = load_law_and_band(place.path(self.law_file))
         except InputError as error:
-            message = reading.message(str(error), self.law_file)
+            message = place.message(str(error), self.law_file)
             raise KeyedError(".law_file", message.replace("`", "")) from None
         self.keep(friction_law=law, band=band)
 

@@ -111,8 +111,7 @@ class MeasuredFace(SurfaceTable):
         """Read the scan; raise an error if it is a profile."""
         from microslip.surfaces import Scan
 
-        reading, name = place.reading, shorten(self.scan, 100)
-        here = reading.path(self.scan)
+        name, here = shorten(self.scan, 100), place.path(self.scan)
         try:
             scan = Scan.read(
                 here,
@@ -132,10 +131,10 @@ class MeasuredFace(SurfaceTable):
             message = " ".join(str(error).split()).replace(str(here), name)
             message = message if message.startswith(name) else f"{name}: {message}"
             if not here.exists():
-                message = reading.message(message, self.scan)
+                message = place.message(message, self.scan)
             raise KeyedError(".scan", message) from None
         notes = " ".join(scan.notes).replace("`", "")
-        reading.notes.append(f"{place.key}.scan: {notes}")
+        place.notes.append(f"{place.key}.scan: {notes}")
         self.keep(read_scan=scan)
 
     @property

@@ -8,13 +8,16 @@ from typing import Any
 from microslip._core.units import engineering
 from microslip._core.wording import did_you_mean, quote, quoted, shorten
 from microslip.contact.materials import Metal, metal_called, metals
-from microslip.study.readers import KeyedError, ReadState
+from microslip.study.readers import KeyedError
 
 _KEYS = ("young_modulus", "poisson_ratio", "hardness")
 
 
-def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
-    """Return raw tables in which materials named after a metal are completed from its data."""
+def with_metals(tables: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Return raw tables in which materials named after a metal are completed from its data.
+
+    The values taken from the table of metals are added to ``notes``.
+    """
     entries = tables.get("material", {})
     if not isinstance(entries, dict):
         return tables  # the error is reported when the table is read
@@ -32,13 +35,11 @@ def with_metals(tables: dict[str, Any], reading: ReadState) -> dict[str, Any]:
     for name in named:
         if isinstance(name, str) and metal_called(name) is not None:
             material.setdefault(name, {})
-    notes: list[str] = []
     for name, entry in material.items():
         # A study from Python may have keys of any type here; they are validated later.
         metal = metal_called(name) if isinstance(name, str) else None
         if metal and isinstance(entry, dict) and entry.get("rigid", False) is False:
             material[name] = _completed(entry, metal, notes, name)
-    reading.notes.extend(notes)
     return {**tables, "material": material}
 
 

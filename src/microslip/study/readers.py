@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,12 +25,13 @@ class KeyedError(ValueError):
         self.key = key
 
 
-@dataclass
-class ReadState:
-    """State while a study is read: its folder, and the notes collected so far."""
+class Place(NamedTuple):
+    """Location in the study: the table and key that are being read, and the folder of the file."""
 
-    folder: Path | None = None
-    notes: list[str] = field(default_factory=list)
+    key: str
+    folder: Path | None
+    notes: list[str]
+    """Notes on the whole study, to which readers of files add theirs."""
 
     def path(self, name: str) -> Path:
         """Return the path of a file named in the study."""
@@ -42,13 +42,6 @@ class ReadState:
         if self.folder is None or Path(name).is_absolute():
             return error
         return error.replace("no such file", "no such file in the folder of the study")
-
-
-class Place(NamedTuple):
-    """Location in the study: the table and key that are being read."""
-
-    key: str
-    reading: ReadState
 
     def at(self, name: object) -> Place:
         """Return the location of a key of this table."""

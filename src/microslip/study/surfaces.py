@@ -18,7 +18,15 @@ from microslip.contact import (
 )
 from microslip.contact.materials import Material, MaterialPair, metals
 from microslip.study.drawn_face import DrawnSurface
-from microslip.study.fields import HEIGHT, MATERIALS, RADIUS, Numbers, key_for, one_of, with_unit
+from microslip.study.fields import (
+    ANY_HEIGHT,
+    MATERIALS,
+    RADIUS,
+    Numbers,
+    key_for,
+    one_of,
+    with_unit,
+)
 from microslip.study.heights import ANY_HEIGHTS, GivenHeights
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.part import Key, Part, SubTable, SurfaceTable, key, optional_key, tag
@@ -149,7 +157,7 @@ class TableSurface(ContactSurface):
 
     law: str = tag("table", "A measured or computed normal law.")
     separation: tuple[float, ...] = key(
-        Numbers(HEIGHT, '["0 um", "1 um", "2 um"]'),
+        Numbers(ANY_HEIGHT, '["0 um", "1 um", "2 um"]'),
         "Separations, increasing: a list or a column of a CSV file.",
     )
     load: tuple[float, ...] = key(

@@ -12,9 +12,9 @@ from microslip._core.units import ACCELERATION, FREQUENCY, VELOCITY
 from microslip.structures.modal_test import MeasuredMotion
 from microslip.study.fields import (
     AMPLITUDE,
+    ANY_HEIGHT,
     FILE,
     FRACTION,
-    HEIGHT,
     LOAD,
     PLACE,
     POSITIVE_LENGTH,
@@ -137,7 +137,7 @@ class FormPart(Part):
         '"40 mm"',
     )
     rim: float | None = optional_key(
-        Uncertain(HEIGHT),
+        Uncertain(ANY_HEIGHT),
         "Height of the raised rim around holes from drilling and tightening, sum of both faces; "
         "for faces with a rim visible on a scan or as marks.",
         '{ low = "0 um", high = "20 um" }',
@@ -275,6 +275,6 @@ class MeasuredPart(Part):
         stated: dict[str, Any] = named(self, "frequency_error", "damping_error")
         if self.motion is not None:
             stated["motion"] = self.motion
-        test = ModalTest.read(place.reading.path(self.file), band=self.band, **stated)
-        place.reading.notes.extend(f"structure.measured: {note}" for note in test.notes)
+        test = ModalTest.read(place.path(self.file), band=self.band, **stated)
+        place.notes.extend(f"structure.measured: {note}" for note in test.notes)
         self.keep(test=test)

@@ -24,14 +24,18 @@ Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
 
 
 def gaussian(
-    rng: np.random.Generator, hurst: float, longest: float, shortest: float, lay: float = 1.0
-) -> np.ndarray:
-    """A Gaussian face of unit rms height with a lay along y where ``lay`` is below one."""
-    qy, qx = (np.fft.fftfreq(n) for n in SHAPE)
+    rng: np.random.Generator, hurst: float, longest: float, shortest: float, lay: float = 1.0,
+    shape: tuple[int, int] = SHAPE,
+) -> np.ndarray:  # fmt: skip
+    """A Gaussian face of unit rms height with a lay along y where ``lay`` is below one.
+
+    Its spectrum is self-affine between two wavelengths [pixels].
+    """
+    qy, qx = (np.fft.fftfreq(n) for n in shape)
     q = np.hypot(qx[None, :], qy[:, None] / lay)
     q[0, 0] = np.inf
     size = np.maximum(q, 1.0 / longest) ** (-1.0 - hurst) * (q < 1.0 / shortest)
-    z = np.fft.ifft2(np.fft.fft2(rng.standard_normal(SHAPE)) * size).real
+    z = np.fft.ifft2(np.fft.fft2(rng.standard_normal(shape)) * size).real
     return (z - z.mean()) / z.std()
 
 
@@ -137,14 +141,6 @@ def dusty(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return z + 15.0 * flat_rms(z) * np.exp(-square / 50.0)
 
 
-def overshot(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return z + 6.0 * flat_rms(z) * np.exp(-X / 2.0)
-
-
-def tilted(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return z + 40.0 * flat_rms(z) * np.maximum(X / 256.0 - rng.uniform(0.3, 0.7), 0.0)
-
-
 def wavy(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     wave = np.sin(2.0 * np.pi * 1.3 * X / 256.0 + rng.uniform(0.0, 6.0))
     return z + 4.0 * flat_rms(z) * wave
@@ -181,8 +177,10 @@ FAULTS = {
     "scratches": scratched,
     "dust": dusty,
     "grains": sprinkled,
-    "edge overshoots": overshot,
-    "tilted stitch": tilted,
+    "edge overshoots": lambda z, rng: z + 6.0 * flat_rms(z) * np.exp(-X / 2.0),
+    "tilted stitch": lambda z, rng: (
+        z + 40.0 * flat_rms(z) * np.maximum(X / 256.0 - rng.uniform(0.3, 0.7), 0.0)
+    ),
     "waviness": wavy,
     "interpolated rows": doubled,
     "enlarged": enlarged,
@@ -217,30 +215,11 @@ RMS = 4e-7
 def rough(
     seed: int, hurst: float = 0.8, shortest: float = 5.0, longest: float = 40.0, lay: float = 1.0
 ) -> np.ndarray:
-    """A Gaussian surface of a self-affine spectrum between two wavelengths [pixels], by its waves.
-
-    A lay makes waves along the columns shorter by a factor.
-    """
+    """A Gaussian surface with noise; a lay makes waves along the columns shorter by a factor."""
     rng = np.random.default_rng(seed)
-    qy, qx = (np.fft.fftfreq(n) for n in SMALL)
-    q = np.hypot(lay * qx[None, :], qy[:, None])
-    q[0, 0] = np.inf
-    size = np.where(q > 1 / longest, q, 1 / longest) ** (-1.0 - hurst) * (q < 1 / shortest)
-    z = np.fft.ifft2(np.fft.fft2(rng.standard_normal(SMALL)) * size).real
-    z += 0.01 * z.std() * rng.standard_normal(SMALL)
+    z = gaussian(rng, hurst, lay * longest, lay * shortest, lay, SMALL)
+    z += 0.01 * rng.standard_normal(SMALL)
     return RMS * (z - z.mean()) / z.std()
-
-
-def clipped(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return np.minimum(z, np.quantile(z, 0.985))
-
-
-def without_peaks(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return np.where(z > np.quantile(z, 0.97), np.nan, z)
-
-
-def with_row_noise(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return z + 0.1 * RMS * rng.standard_normal((len(z), 1))
 
 
 def shaken(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -249,17 +228,9 @@ def shaken(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return z + 0.3 * RMS * wave[:, None]
 
 
-def rounded(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return 0.25 * RMS * np.rint(z / (0.25 * RMS))
-
-
 def stitched(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     place = int(rng.integers(40, z.shape[1] - 40))
     return z + 0.9 * RMS * (np.arange(z.shape[1]) >= place)
-
-
-def bent(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    return z + 8.0 * RMS * np.linspace(-1, 1, z.shape[1]) ** 2
 
 
 def stuck(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -269,13 +240,13 @@ def stuck(z: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 
 PLAIN_FAULTS: dict[str, Callable[[np.ndarray, np.random.Generator], np.ndarray]] = {
-    "clipped tops": clipped,
-    "missing peaks": without_peaks,
-    "row noise": with_row_noise,
+    "clipped tops": lambda z, rng: np.minimum(z, np.quantile(z, 0.985)),
+    "missing peaks": lambda z, rng: np.where(z > np.quantile(z, 0.97), np.nan, z),
+    "row noise": lambda z, rng: z + 0.1 * RMS * rng.standard_normal((len(z), 1)),
     "vibration lines": shaken,
-    "heights of few digits": rounded,
+    "heights of few digits": lambda z, rng: 0.25 * RMS * np.rint(z / (0.25 * RMS)),
     "stitching steps": stitched,
-    "bow": bent,
+    "bow": lambda z, rng: z + 8.0 * RMS * np.linspace(-1, 1, z.shape[1]) ** 2,
     "stuck lines": stuck,
 }
 SURFACES = [
@@ -329,7 +300,7 @@ def test_long_waves_of_a_lay_are_no_tilted_stitch() -> None:
 
 def test_a_scan_says_it(tmp_path: Path) -> None:
     file = tmp_path / "scan.npy"
-    np.save(file, clipped(rough(0), np.random.default_rng(0)))
+    np.save(file, PLAIN_FAULTS["clipped tops"](rough(0), np.random.default_rng(0)))
     scan = ms.Scan.read(file, unit="m", pixel=1e-6)
     (note,) = (note for note in scan.notes if note.startswith("fault: "))
     assert "480 points have the highest height" in note

@@ -66,6 +66,19 @@ def small_joint() -> ms.ReducedJoint:
     )
 
 
+LARGER = ms.LapJoint(
+    length=0.3, width=0.03, thickness=0.02, lap=0.06,
+    bolts=ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3),
+)  # fmt: skip
+
+
+@lru_cache
+def bolted_lap(patches: tuple[int, int] | None) -> ms.ReducedJoint:
+    """A larger lap, of steel with 210 GPa, sensed at its end."""
+    end = {"end": ((0.14, 0.0, 0.0), "z")}
+    return LARGER.reduce(ms.Material(210e9, 0.3), 7850.0, patches, element_size=0.015, sensors=end)
+
+
 def boxes(solids: Solids, lines: tuple[Any, Any, Any], side: str) -> np.ndarray[Any, Any]:
     """Hexahedra of a box by grid lines along x, y and z."""
     xs, ys, zs = (np.asarray(line, dtype=float) for line in lines)

@@ -12,9 +12,9 @@ METAL = ms.Material(69e9, 0.33)
 PAIR = ms.MaterialPair(METAL, METAL)
 
 
-def rough(heights: Any) -> ms.GreenwoodWilliamson:
-    """The summits of the worked example with other heights."""
-    return ms.GreenwoodWilliamson(PAIR, heights, radius=1e-3, density=1e8, area=2e-4)
+def rough(heights: Any, pair: ms.MaterialPair = PAIR, area: float = 2e-4) -> ms.GreenwoodWilliamson:
+    """The summits of the worked example with other heights, bodies and areas."""
+    return ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=area)
 
 
 SURFACE = rough(ms.Gaussian(std=5e-7))

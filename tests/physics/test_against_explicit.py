@@ -9,6 +9,7 @@ import pytest
 from cases import reach_of, records
 from explicit_population import ExplicitPopulation, gaussian_population
 from hypothesis import given
+from usual import rough
 
 import microslip as ms
 
@@ -148,7 +149,7 @@ def test_energy_of_a_minor_loop_is_explicit_work():
 # Towards the statistical law
 
 GAUSSIAN = ms.Interface(
-    ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=2e-4),
+    rough(ms.Gaussian(5e-7), PAIR),
     MU,
     normal_load=1500.0,
 )

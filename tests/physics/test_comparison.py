@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from cases import is_curved, law_params, reach_of
 from scipy.optimize import brentq, least_squares
+from sliders import stops
+from usual import PAIR
 
 import microslip as ms
 
-ALUMINIUM = ms.Material(young_modulus=69e9, poisson_ratio=0.33)
-PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
 MU, STD, AREA = 0.55, 5e-7, 2e-4
 CURVED = pytest.mark.parametrize("law", law_params(which=is_curved))
 INTERFACES = pytest.mark.parametrize(
@@ -118,11 +118,7 @@ def test_histories_of_cells(law):
     path = rng.normal(size=40) * reach_of(law)
     cells = law.to_iwan(200)
     yields, stiffnesses = cells.sliders().yield_displacements, cells.sliders().stiffnesses
-    stretch, before, forces = np.zeros_like(yields), 0.0, []
-    for x in path:
-        stretch = np.clip(stretch + (x - before), -yields, yields)
-        before = x
-        forces.append(float(stiffnesses @ stretch))
+    forces, _ = stops(path, stiffnesses, yields)
     # Twice the error of the backbone for each of the branches that are open.
     error = 1e-4 * law.force_limit
     np.testing.assert_allclose(forces, law.force(path), rtol=0, atol=error)

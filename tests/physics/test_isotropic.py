@@ -424,10 +424,7 @@ def test_cycles_that_hardly_leave_a_slider_are_those_of_many_periods() -> None:
 
 
 def test_cycles_that_do_not_settle_are_told_and_not_refused() -> None:
-    metal = ms.Material(69e9, 0.33)
-    pair = ms.MaterialPair(metal, metal)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), 1e-3, 1e8, 2e-4)
-    field = ms.JointField(surface, 0.5, areas=[1e-5] * 40, loads=[2.0] * 40)
+    field = ms.JointField(JOINT.surface, 0.5, areas=[1e-5] * 40, loads=[2.0] * 40)
     law = field.two_directions(sliders=128)
     # Node 23 of these motions is still in motion after 100 000 periods.
     motion = np.random.default_rng(4).normal(size=(1000, 2, 3))[:40] * 2e-7

@@ -7,9 +7,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laps import DENSITY, STEEL, beam, fork, small_joint, small_lap, surface_of_gaps, timoshenko
+from laps import (
+    DENSITY,
+    STEEL,
+    beam,
+    bolted_lap,
+    fork,
+    small_joint,
+    small_lap,
+    surface_of_gaps,
+    timoshenko,
+)  # fmt: skip
 from scipy import io, linalg
 from scipy.sparse.linalg import eigsh
+from usual import rough
 
 import microslip as ms
 from microslip.structures.mesh import JointMesh
@@ -184,9 +195,8 @@ def test_patches_may_be_boxes_and_their_means_do_not_depend_on_their_number() ->
 
 
 def test_tightened_bolts_have_their_tension_and_press_the_faces_with_it() -> None:
-    pair = ms.MaterialPair(STEEL, STEEL)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
-    unit = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1.0)
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(STEEL, STEEL), 1e-4)
+    unit = rough(ms.Gaussian(5e-7), surface.pair, 1.0)
     for joint in (small_joint(), small_joint().with_form(lambda x, y: 2e-2 * x**2, -1.0)):
         state = joint.tightened(surface, 0.2)
         assert state.equilibrium_error < 1e-12
@@ -227,8 +237,7 @@ def test_a_drawn_face_is_tightened_by_the_bolts() -> None:
 
 @pytest.mark.slow
 def test_refinement_reports_the_remaining_error() -> None:
-    pair = ms.MaterialPair(STEEL, STEEL)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(STEEL, STEEL), 1e-4)
     found = small_lap().converge(
         STEEL, DENSITY, surface, 0.2, [1e-7, 1e-6], patches=(3, 2), element_size=0.0085
     )
@@ -383,12 +392,9 @@ def test_loose_tolerances_find_gross_slip(patches: tuple[int, int], amplitude: f
 
     The larger joint has more unknowns than loose tolerances eliminate: its steps are inexact.
     """
-    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
-    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
     steel = ms.Material(210e9, 0.3, hardness=2e9)
     face = ms.DrawnFace(ms.MaterialPair(steel, steel), 1.6e-6, 0.15, 1e-4, 1e4)
-    end = {"end": ((0.14, 0.0, 0.0), "z")}
-    joint = lap.reduce(steel, 7850.0, patches, sensors=end, element_size=0.015)
+    joint = bolted_lap(patches)
     state = joint.tightened(face, 0.2)
     exact, loose = (
         state.modes(0, [amplitude], at=joint.sensor("end"), rtol=rtol) for rtol in (1e-10, 1e-5)
@@ -402,8 +408,7 @@ def test_loose_tolerances_find_gross_slip(patches: tuple[int, int], amplitude: f
 def test_trials_beyond_the_reach_of_summits_are_refused() -> None:
     """An extrapolation to 0.1 m indents summits by more than their radius of 1 mm."""
     steel = ms.Material(210e9, 0.3)
-    pair = ms.MaterialPair(steel, steel)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(steel, steel), 1e-4)
     bolts = ms.Bolts([-0.03, 0.0, 0.03], shank=8e-3, hole=8.4e-3, washer=17e-3, tension=12e3)
     lap = ms.LapJoint(length=0.72, width=0.0254, thickness=0.0254, lap=0.12, bolts=bolts)
     end = {"end": ((0.35, 0.0, 0.0), "z")}

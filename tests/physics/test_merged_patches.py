@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 import pytest
+from laps import LARGER, bolted_lap
 from scipy import sparse
+from usual import rough
 
 import microslip as ms
 from microslip.structures.reduction_convergence import merged, patch_error
@@ -16,18 +16,8 @@ STEEL = ms.Material(young_modulus=210e9, poisson_ratio=0.3)
 AMPLITUDES = [1e-6, 1e-5]
 
 
-@functools.cache
-def joint_of(patches: tuple[int, int]) -> ms.ReducedJoint:
-    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
-    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
-    end = {"end": ((0.14, 0.0, 0.0), "z")}
-    return lap.reduce(STEEL, 7850.0, patches, element_size=1.5e-2, sensors=end)
-
-
 def mode(joint: ms.ReducedJoint) -> tuple[np.ndarray, np.ndarray]:
-    summits = ms.GreenwoodWilliamson(
-        ms.MaterialPair(STEEL, STEEL), ms.Exponential(8e-7), radius=1e-3, density=1e8, area=1.0
-    )
+    summits = rough(ms.Exponential(8e-7), ms.MaterialPair(STEEL, STEEL), 1.0)
     curve = joint.tightened(summits, 0.4).modes(0, AMPLITUDES, at=joint.sensor("end"))
     return curve.frequency, curve.damping_ratio
 
@@ -36,7 +26,7 @@ def mode(joint: ms.ReducedJoint) -> tuple[np.ndarray, np.ndarray]:
     ("axis", "coarse"), [(0, (4, 2)), pytest.param(1, (8, 1), marks=pytest.mark.slow)]
 )
 def test_merged_patches_act_as_a_reduction_to_wider_ones(axis, coarse) -> None:
-    found, wanted = merged(joint_of((8, 2)), axis), joint_of(coarse)
+    found, wanted = merged(bolted_lap((8, 2)), axis), bolted_lap(coarse)
     assert found.patches == wanted.patches
     order = [np.lexsort(joint.layout[:, [3, 1]].T) for joint in (found, wanted)]
     np.testing.assert_allclose(found.layout[order[0]], wanted.layout[order[1]], atol=1e-9)
@@ -48,14 +38,14 @@ def test_merged_patches_act_as_a_reduction_to_wider_ones(axis, coarse) -> None:
 
 
 def test_error_is_a_third_of_the_changes_by_merging() -> None:
-    fine = mode(joint_of((8, 2)))
-    coarse = [mode(merged(joint_of((8, 2)), axis)) for axis in (0, 1)]
+    fine = mode(bolted_lap((8, 2)))
+    coarse = [mode(merged(bolted_lap((8, 2)), axis)) for axis in (0, 1)]
     changes = [
         [np.abs(a / b - 1.0).max() for a, b in zip(trial, fine, strict=True)] for trial in coarse
     ]
     expected = np.sqrt((np.array(changes) ** 2).sum(axis=0)) / 3.0
-    np.testing.assert_allclose(patch_error(joint_of((8, 2)), mode), expected, rtol=1e-9)
-    single = merged(merged(merged(merged(joint_of((8, 2)), 0), 0), 0), 1)
+    np.testing.assert_allclose(patch_error(bolted_lap((8, 2)), mode), expected, rtol=1e-9)
+    single = merged(merged(merged(merged(bolted_lap((8, 2)), 0), 0), 0), 1)
     assert single.patches == 1
     assert patch_error(single, mode) is None
 
@@ -63,16 +53,10 @@ def test_error_is_a_third_of_the_changes_by_merging() -> None:
 @pytest.mark.slow
 def test_patches_finer_than_the_elements_are_merged() -> None:
     """Twice as many patches as the elements tell apart give the answer of the usual number."""
-    bolts = ms.Bolts([0.0], shank=8e-3, hole=9e-3, washer=16e-3, tension=10e3)
-    lap = ms.LapJoint(length=0.3, width=0.03, thickness=0.02, lap=0.06, bolts=bolts)
-    end = {"end": ((0.14, 0.0, 0.0), "z")}
-    usual, fine = (
-        lap.reduce(STEEL, 7850.0, patches, sensors=end, element_size=0.015)
-        for patches in (None, (60, 4))
-    )
+    usual, fine = bolted_lap(None), bolted_lap((60, 4))
     assert usual.patches < 60 < fine.patches < 240
     for joint in (usual, fine):
-        assert joint.patch_areas.sum() == pytest.approx(lap.face_area, rel=5e-3)
+        assert joint.patch_areas.sum() == pytest.approx(LARGER.face_area, rel=5e-3)
         assert np.unique(joint.samples.patches).size == joint.patches
         low, high = joint.patch_boxes[:, [0, 2]], joint.patch_boxes[:, [1, 3]]
         shared = np.minimum(high[:, None], high) - np.maximum(low[:, None], low)

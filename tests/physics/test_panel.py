@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy import linalg
+from usual import rough
 
 import microslip as ms
 from microslip.structures.geometry import Sizes, Strip
@@ -92,9 +93,7 @@ def panel(rise: float) -> ms.ReducedJoint:
 
 @pytest.mark.slow
 def test_a_drawn_rise_stiffens_solid_elements_as_it_does_the_strip_s() -> None:
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3
-    )
+    surface = rough(ms.Gaussian(std=1e-6), ms.MaterialPair(STEEL, STEEL), 1e-3)
     seen, told = [], []
     for rise in (0.0, SIZES.rise):
         joint = panel(rise)
@@ -158,9 +157,7 @@ def test_a_released_arch_decays_along_its_modal_curve() -> None:
     count, sensed = 8, np.linspace(2.5e-4, 8.8e-4, 12)
     strip = Strip(ARCH, STEEL, count)
     mass, stiffness = mass_of(strip, count), strip.forces(np.zeros(strip.free.size))[1]
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(STEEL, STEEL), ms.Gaussian(std=1e-6), radius=1e-3, density=1e8, area=1e-3
-    )
+    surface = rough(ms.Gaussian(std=1e-6), ms.MaterialPair(STEEL, STEEL), 1e-3)
     joint, end = ms.Interface(surface, 0.3, normal_load=9e3), strip.coordinates[:, 1]
     stuck = stiffness + joint.tangential_stiffness * np.outer(end, end)
     squares, shapes = linalg.eigh(stuck, mass)

@@ -7,16 +7,13 @@ import math
 import numpy as np
 import pytest
 from scipy import integrate
+from usual import JOINT, PAIR, SURFACE, rough
 
 import microslip as ms
 from microslip.friction.pressure import BOLTS
 
-ALUMINIUM = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(ALUMINIUM, ALUMINIUM)
 AREA = 2e-4
 OUTER = math.sqrt(AREA / math.pi)
-SURFACE = ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=AREA)
-EVEN = ms.Interface(SURFACE, 0.55, normal_load=2000.0)
 PLACES = np.array([1e-9, 1e-8, 1e-7, 1e-6])
 
 
@@ -27,8 +24,7 @@ def pressed(pressure: ms.Pressure, load: float = 2000.0) -> ms.PressedJoint:
 def test_against_an_integral_over_the_radius() -> None:
     """Exponential heights have a law of one shape under any pressure: so has the sum."""
     heights, scale = ms.Exponential(5e-7), 5e-7
-    rough = ms.GreenwoodWilliamson(PAIR, heights, 1e-3, 1e8, AREA)
-    joint = ms.PressedJoint(rough, 0.55, ms.Pressure.cone(OUTER, 2e-3), 20.0)
+    joint = ms.PressedJoint(rough(heights), 0.55, ms.Pressure.cone(OUTER, 2e-3), 20.0)
     kappa = joint.slip_per_indentation
     whole = integrate.quad(lambda r: 2 * math.pi * r * (OUTER - r), 2e-3, OUTER)[0]
     x = PLACES / (kappa * scale)
@@ -46,7 +42,7 @@ def test_against_a_sum_over_many_rings() -> None:
     areas = math.pi * np.diff(edges**2)
     loads = areas * (1.0 - (middle / OUTER) ** 2)
     loads *= 2000.0 / loads.sum()
-    kappa = EVEN.slip_per_indentation
+    kappa = JOINT.slip_per_indentation
     d = SURFACE.separation(loads * AREA / areas)
     stiffness = float(np.sum(areas / AREA * SURFACE.stiffness(d))) / PAIR.stiffness_ratio
     joint = pressed(ms.Pressure.parabola(OUTER))
@@ -65,13 +61,13 @@ def test_published_effects() -> None:
     )
 
     def lost(joint: ms.PressedJoint, amplitude: float) -> float:
-        return joint.dissipated_energy(amplitude) / EVEN.dissipated_energy(amplitude) - 1.0
+        return joint.dissipated_energy(amplitude) / JOINT.dissipated_energy(amplitude) - 1.0
 
-    assert parabola.tangential_stiffness / EVEN.tangential_stiffness == pytest.approx(
+    assert parabola.tangential_stiffness / JOINT.tangential_stiffness == pytest.approx(
         0.96, abs=0.005
     )
     assert lost(parabola, 1e-8) == pytest.approx(-0.08, abs=0.005)
-    assert cone.tangential_stiffness / EVEN.tangential_stiffness == pytest.approx(0.80, abs=0.01)
+    assert cone.tangential_stiffness / JOINT.tangential_stiffness == pytest.approx(0.80, abs=0.01)
     assert lost(cone, 1e-8) == pytest.approx(-0.40, abs=0.005)
     assert lost(cone, 1e-6) == pytest.approx(-0.11, abs=0.005)
 
@@ -85,7 +81,7 @@ def test_rings_converge_and_limits_hold() -> None:
         )
         assert joint.force_limit == pytest.approx(1100.0, rel=1e-12)
     even = pressed(ms.Pressure.annulus(OUTER))
-    np.testing.assert_allclose(even.backbone(PLACES), EVEN.backbone(PLACES), rtol=1e-12)
+    np.testing.assert_allclose(even.backbone(PLACES), JOINT.backbone(PLACES), rtol=1e-12)
     # Four bolts that carry four times as much on four times the area: four times one.
     one, four = (ms.Pressure.bolt("M5", [2e-3, 9e-3], count=n) for n in (1, 4))
     a, b = pressed(one, 500.0), pressed(four, 2000.0)
@@ -95,9 +91,7 @@ def test_rings_converge_and_limits_hold() -> None:
     patches = pressed(ms.Pressure.patches([1e-5, 3e-5, 2e-5], [2.0, 1.0, 0.0]))
     assert patches.pressure.areas.tolist() == [1e-5, 3e-5]
     wanted = sum(
-        ms.Interface(
-            ms.GreenwoodWilliamson(PAIR, ms.Gaussian(5e-7), 1e-3, 1e8, area), 0.55, normal_load=load
-        ).backbone(PLACES)
+        ms.Interface(rough(ms.Gaussian(5e-7), area=area), 0.55, normal_load=load).backbone(PLACES)
         for area, load in ((1e-5, 800.0), (3e-5, 1200.0))
     )
     np.testing.assert_allclose(patches.backbone(PLACES), wanted, rtol=1e-14)
@@ -147,7 +141,7 @@ def test_a_face_was_tightened_under_the_same_pressure() -> None:
 def test_an_even_pressure_is_judged_as_an_interface_is() -> None:
     """Of unlike metals too, whose coupling is a matter of the pair."""
     pair = ms.MaterialPair(ms.Material(210e9, 0.3), ms.Material(70e9, 0.45))
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    surface = rough(ms.Gaussian(5e-7), pair, 1e-4)
     pressure = ms.Pressure.patches(np.full(4, 0.25e-4), np.full(4, 1e7))
     spread = ms.PressedJoint(surface, 0.5, pressure, 1000.0).validity
     even = ms.Interface(surface, 0.5, normal_load=1000.0).validity

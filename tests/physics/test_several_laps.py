@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from laps import DENSITY, STEEL
 from scipy import linalg
+from usual import rough
 
 import microslip as ms
 from microslip.structures import read_decay
@@ -208,8 +209,7 @@ def test_a_lap_on_the_ground_is_a_clamp_with_springs() -> None:
 @pytest.mark.slow
 def test_equal_laps_lose_the_same_and_together_twice_what_one_loses() -> None:
     joint = beam().reduce(STEEL, DENSITY, (4, 1), element_size=0.01)
-    pair = ms.MaterialPair(STEEL, STEEL)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(STEEL, STEEL), 1e-4)
     first = joint.patch_contacts == 0
     lossless = np.where(first, 0.3, 1e4)
     state = joint.with_tension(400.0).tightened(surface, 0.3)
@@ -248,8 +248,7 @@ def test_the_bar_of_the_gallery_rings_down_as_its_mode_says() -> None:
 
 
 def test_a_planar_field_needs_no_direction_across() -> None:
-    pair = ms.MaterialPair(STEEL, STEEL)
-    surface = ms.GreenwoodWilliamson(pair, ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4)
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(STEEL, STEEL), 1e-4)
     field = ms.JointField(surface, 0.3, areas=[1e-4, 2e-4], gaps=[0.0, 1e-7])
     mass, stiffness = np.diag([1.0, 1.0, 2.0]), np.diag([1e6, 2e6, 3e6])
     flat = np.zeros((3, 2, 2))

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import optimize
-from usual import BETWEEN, JOINT, MASS, METAL, SLIP, SPRING, STIFFNESS, SURFACE
+from usual import BETWEEN, JOINT, MASS, SLIP, SPRING, STIFFNESS, SURFACE, rough
 
 import microslip as ms
 
@@ -368,13 +369,7 @@ def pulled_bar_loss(std: float, nodes: int) -> float:
     matrix = np.zeros((nodes, nodes))
     for i in range(nodes - 1):
         matrix[i : i + 2, i : i + 2] += spring
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(METAL, METAL),
-        ms.Gaussian(std=std),
-        radius=1e-3,
-        density=1e9 * (5e-7 / std) ** 1.5,
-        area=2e-4,
-    )
+    surface = replace(SURFACE, heights=ms.Gaussian(std), density=1e9 * (5e-7 / std) ** 1.5)
     joint = ms.Interface(surface, 0.3, normal_load=friction * step / 0.3)
     bar = ms.Structure(1e-3 * np.eye(nodes), matrix).attach(joint, directions=np.eye(nodes))
     samples = 100
@@ -493,9 +488,7 @@ def test_the_error_of_the_steps_is_reported_where_faces_part() -> None:
     from scipy.integrate import solve_ivp
 
     steel = ms.Material(200e9, 0.3)
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(steel, steel), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4
-    )
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(steel, steel), 1e-4)
     field = ms.JointField(surface, 0.3, areas=[1e-4], loads=[200.0])
     directions = np.eye(3)[:, [1, 2, 0]].reshape(3, 1, 3)
     bouncing = ms.Structure(np.eye(3), np.diag([1e6, 1e7, 1e7])).attach(

@@ -14,13 +14,12 @@ from hypothesis.extra import numpy as hnp
 from laps import surface_of_gaps
 from made_surfaces import paraboloids, rough
 from scipy import io, optimize, special
+from usual import PAIR
 
 import microslip as ms
 from microslip.surfaces import Moments, verdicts
 from microslip.surfaces.peaks import find_peaks
 
-AL = ms.Material(69e9, 0.33)
-PAIR = ms.MaterialPair(AL, AL)
 SCANS = Path(__file__).parents[3] / "shared/data/scans"
 
 

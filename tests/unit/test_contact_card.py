@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command import STUDY, fails, run
 from exported import JOINT
+from usual import rough
 
 import microslip as ms
 from microslip import export
@@ -18,9 +19,7 @@ from microslip.export.card_files import CARD_UNITS
 def test_heights_that_fall_exponentially_have_a_card_in_closed_form():
     """Pressure is exponential in the separation: both stiffnesses are the pressure by a length."""
     scale = 8e-7
-    surface = ms.GreenwoodWilliamson(
-        JOINT.surface.pair, ms.Exponential(scale=scale), radius=1e-3, density=1e8, area=2e-4
-    )
+    surface = rough(ms.Exponential(scale=scale))
     card = export.ContactCard.of(ms.Interface(surface, 0.4, normal_load=100.0), thickness=2e-3)
     ratio = surface.pair.stiffness_ratio
     assert card.pressure == pytest.approx(5e5)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import linalg, sparse
-from usual import SURFACE
+from usual import SURFACE, rough
 
 import microslip as ms
 
@@ -174,9 +174,7 @@ def test_a_folded_response_is_saved_as_a_sweep_meets_it(way: int, tmp_path: Path
 def test_faces_that_hardly_touch_are_pressed_however_far_a_first_step_goes() -> None:
     """A gap of 1 mm on a spring of 1 mN/m: Newton's first step goes a kilometre through it."""
     steel = ms.Material(210e9, 0.3)
-    surface = ms.GreenwoodWilliamson(
-        ms.MaterialPair(steel, steel), ms.Gaussian(5e-7), radius=1e-3, density=1e8, area=1e-4
-    )
+    surface = rough(ms.Gaussian(5e-7), ms.MaterialPair(steel, steel), 1e-4)
     field = ms.JointField(surface, 0.3, areas=[1e-4], gaps=[1e-3])
     held = ms.Structure(np.eye(3), np.diag([1.0, 1.0, 1e-3]))
     rest = held.attach(field, directions=np.eye(3)[:, None, :]).preload([0.0, 0.0, -1.0])

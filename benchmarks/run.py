@@ -328,11 +328,11 @@ def measure_fields() -> list[Row]:
 
         task = f"try_() and commit() of 1000 nodes, a node step, {case}"
         rows.append(Row(task, moves.size / best(steps, 5), True, rate))
-    two = ms.IsotropicJoint(ms.Interface(surface, 0.55, normal_load=2000.0))
+    two = field.two_directions(64)
     plane = 2e-7 * rng.normal(size=(8, 1000, 2))
 
     def turns() -> None:
-        state = two.start(1000)
+        state = two.start()
         for move in plane:
             state.try_(move)
             state.commit()

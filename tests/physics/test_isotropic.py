@@ -53,9 +53,9 @@ def test_along_a_line_it_is_the_joint() -> None:
 
 
 def test_the_force_limit_is_exact_in_every_direction() -> None:
-    state = TWO.start(nodes=50)
-    angles = np.linspace(0.0, 6.0, 50)
-    force, stiffness = state.try_(1e-3 * np.stack((np.cos(angles), np.sin(angles)), axis=1))
+    state, angles = TWO.start(), np.linspace(0.0, 6.0, 50)
+    trials = [state.try_([1e-3 * np.cos(angle), 1e-3 * np.sin(angle)]) for angle in angles]
+    force, stiffness = (np.array(parts) for parts in zip(*trials, strict=True))
     np.testing.assert_allclose(np.hypot(*force.T), JOINT.force_limit, rtol=1e-13)
     along = np.einsum("ni,nij,nj->n", force, stiffness, force)
     assert np.abs(along).max() < 1e-9 * JOINT.force_limit**2 * JOINT.tangential_stiffness
@@ -151,18 +151,6 @@ def test_dissipated_energy_is_never_negative() -> None:
         big.try_(x)
         big.commit()
     assert big.dissipated_energy == pytest.approx(lost, rel=1e-10), "whatever the steps"
-
-
-def test_batches_are_single_joints() -> None:
-    paths = RNG.normal(size=(10, 3, 2)) * 2e-7
-    state = TWO.start(nodes=3)
-    for i in range(10):
-        force, stiffness = state.try_(paths[i])
-        state.commit()
-    for node in range(3):
-        wanted = TWO.force(paths[:, node])
-        np.testing.assert_allclose(force[node], wanted[-1], rtol=0, atol=1e-13 * TWO.force_limit)
-    assert stiffness.shape == (3, 2, 2)
 
 
 def jacobian_by_differences(call: Any, x: np.ndarray, h: float) -> np.ndarray:
@@ -290,8 +278,8 @@ def test_few_nodes_under_long_noise_are_single_states() -> None:
                 name: getattr(bank.nodes, name)[[k]]
                 for name in ("weights", "scales", "slips", "rests")
             }
-            part = replace(bank, nodes=replace(bank.nodes, **own), size=1)
-            single = VectorState(part, single=False, energies=True)
+            part = replace(bank, nodes=replace(bank.nodes, **own))
+            single = VectorState(part, energies=True)
             for i in range(steps):
                 trial = single.try_(x[i, [k]], d[i, [k]])
                 single.commit()
@@ -359,11 +347,7 @@ def test_states_in_two_directions_go_through_pickles() -> None:
     joint = ms.IsotropicJoint(ms.Jenkins(5e7, 10.0), sliders=8)
     two = FIELD.two_directions(20, nearest=NEAREST)
     path = 3e-7 * np.random.default_rng(2).normal(size=(6, 2))
-    for start in (
-        joint.start,
-        lambda **given: joint.start(3, **given),
-        two.start,
-    ):
+    for start in (joint.start, two.start):
         state = start(energies=True)
         for row in path:
             state.try_(row)

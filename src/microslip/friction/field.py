@@ -230,6 +230,13 @@ class JointField(ByValue, SettledField, Locked):
         scale = self.areas / self.surface_area
         return scale if self._own is None else scale * self._own.shares
 
+    def _with(self, **changes: Any) -> JointField:
+        """Return a field with the same nodes and changed attributes; its state at rest is unset."""
+        field = object.__new__(JointField)
+        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios", "_own")
+        assign(field, **{name: getattr(self, name) for name in names} | changes)
+        return field
+
     def _tightened_at(self, separations: Floats, loads: Floats) -> JointField:
         """Return the field in which the face has yielded at each node under the load of the node.
 
@@ -238,9 +245,7 @@ class JointField(ByValue, SettledField, Locked):
         """
         curve = self._nodes.curve
         own = OwnTightening.at_rest(self.surface, curve, separations, loads / self._scale)
-        field = object.__new__(JointField)
-        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios")
-        assign(field, **{name: getattr(self, name) for name in names}, _own=own)
+        field = self._with(_own=own)
         field._set_separations(separations if self.gaps is None else self.gaps, curve)
         return field
 
@@ -263,9 +268,7 @@ class JointField(ByValue, SettledField, Locked):
         Either has the shape (nodes,) or is a number. The ``gaps`` of the field do not change.
         """
         check_one_of("separations [m] or loads [N]", separations, loads)
-        field, curve = object.__new__(JointField), self._nodes.curve
-        names = ("surface", "friction", "areas", "surface_area", "gaps", "_ratios", "_own")
-        assign(field, **{name: getattr(self, name) for name in names})
+        field, curve = self._with(), self._nodes.curve
         if separations is not None:
             field._set_separations(
                 self._nodes.per_node("separations", separations, "m").copy(), curve
@@ -298,14 +301,14 @@ class JointField(ByValue, SettledField, Locked):
         lay = self.surface._lay
         if lay is None:
             return self
-        field, nodes = object.__new__(JointField), self._nodes
-        names = ("surface", "friction", "areas", "surface_area", "gaps", "separations", "_own")
-        assign(field, **{name: getattr(self, name) for name in (*names, "normal_loads")})
+        nodes = self._nodes
         stiffnesses = np.einsum("ni,ij,nj->n", lines, lay, lines) / squares
         ratios = self.surface.stiffness_ratio / stiffnesses
         slips = nodes.slips * (ratios / self._ratios)
-        assign(field, _ratios=ratios, _nodes=replace(nodes, slips=slips))
-        return field
+        return self._with(
+            separations=self.separations, normal_loads=self.normal_loads, _ratios=ratios,
+            _nodes=replace(nodes, slips=slips),
+        )  # fmt: skip
 
     # -- without memory -------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from microslip._core.checks import Floats, number, show
+from microslip._core.checks import Floats, floats, number, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import Locked, assign, lock
 from microslip.friction.base import BackboneLaw
@@ -42,7 +42,7 @@ class LawBand(Locked):
     confidence: float
 
     def __init__(self, amplitude: ArrayLike, ends: Mapping[str, Any], confidence: float) -> None:
-        a = np.asarray(amplitude, dtype=float)
+        a = floats("amplitude", amplitude, "m")
         if a.ndim != 1 or not 2 <= a.size <= _MOST or not np.all(np.diff(a, prepend=0.0) > 0.0):
             raise InputError(
                 f"`amplitude` must hold 2 to {_MOST} amplitudes above zero [m], increasing, got "
@@ -50,7 +50,7 @@ class LawBand(Locked):
             )
         if set(ends) != set(BANDED):
             raise InputError(f"`ends` must have {', '.join(BANDED)}, got {show(sorted(ends))}")
-        arrays = {name: np.asarray(ends[name], dtype=float) for name in BANDED}
+        arrays = {name: floats("ends", ends[name], endless=True) for name in BANDED}
         for name, values in arrays.items():
             if values.shape != (2, a.size) or not np.all(values[0] <= values[1]):
                 raise InputError(
@@ -108,16 +108,8 @@ class LawBand(Locked):
         wanted = {"confidence", "amplitude", *BANDED}
         if not isinstance(content, dict) or set(content) != wanted:
             raise InputError(f"band must have {', '.join(sorted(wanted))}, got {show(content)}")
-        try:
-            return cls(
-                content["amplitude"],
-                {name: content[name] for name in BANDED},
-                content["confidence"],
-            )
-        except InputError:
-            raise
-        except (TypeError, ValueError) as error:
-            raise InputError(f"band must hold numbers ({error})") from None
+        ends = {name: content[name] for name in BANDED}
+        return cls(content["amplitude"], ends, content["confidence"])
 
 
 def _values(law: BackboneLaw, a: Floats) -> dict[str, Floats]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
@@ -24,14 +23,6 @@ from microslip.friction.base import BackboneLaw
 from microslip.friction.interface import Interface
 from microslip.friction.parallel import Parallel
 from microslip.friction.pressure import Pressure
-
-
-def _checked_pressure(pressure: Any) -> Pressure:
-    if isinstance(pressure, Pressure):
-        return pressure
-    raise InputError(
-        f"`pressure` must be a Pressure, got {show(pressure)}; write ms.Pressure.cone(outer=0.01)"
-    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,7 +58,11 @@ class PressedJoint(Parallel):
     normal_load: float
 
     def __post_init__(self) -> None:
-        _checked_pressure(self.pressure)
+        if not isinstance(self.pressure, Pressure):
+            raise InputError(
+                f"`pressure` must be a Pressure, got {show(self.pressure)}; write "
+                "ms.Pressure.cone(outer=0.01)"
+            )
         if not isinstance(self.surface, NormalLaw):
             raise InputError(
                 "`surface` must be a normal load law, such as ms.GreenwoodWilliamson, got "
@@ -99,20 +94,11 @@ class PressedJoint(Parallel):
         """Return the joint under another total load [N] with the same distribution."""
         load = positive("normal_load", normal_load, "N", 2000.0)
         # Interfaces keep their surfaces, so tightening is computed once for each area.
-        joint = copy(self)
-        joint.__dict__.clear()
-        shares = self.pressure.shares.tolist()
-        fields = {
-            "surface": self.surface,
-            "friction_coefficient": self.friction_coefficient,
-            "pressure": self.pressure,
-            "normal_load": load,
-            "laws": tuple(
-                law.at(normal_load=share * load)
-                for law, share in zip(self._joints, shares, strict=True)
-            ),
-        }
-        joint.__dict__.update(fields)
+        joints = zip(self._joints, self.pressure.shares.tolist(), strict=True)
+        laws = tuple(law.at(normal_load=share * load) for law, share in joints)
+        joint = object.__new__(PressedJoint)
+        names = ("surface", "friction_coefficient", "pressure")
+        assign(joint, **{name: getattr(self, name) for name in names}, normal_load=load, laws=laws)
         return joint
 
     @cached_property

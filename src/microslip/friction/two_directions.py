@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -35,7 +35,6 @@ from microslip.friction.vector_cycles import (
 )
 
 _MOST_SLIDERS = 100_000
-_MOST_IN_STATE = 100_000_000  # sliders of all joints of a state
 _GRID = 4000  # separations at which the load curve is evaluated
 _LIGHTEST_SHARE = 1e-3  # smallest resolved load over that of the lightest node
 
@@ -98,18 +97,14 @@ class IsotropicJoint(Locked):
     def _bank(self) -> SliderBank:
         sliders = self.line.sliders()
         tops, weights = np.array(sliders.yield_displacements), np.array(sliders.stiffnesses)
-        return SliderBank(lock(tops), lock(weights), None, 1)
+        return SliderBank(lock(tops), lock(weights), None)
 
-    def start(self, nodes: int | None = None, *, energies: bool = False) -> VectorState:
-        """Return a state at rest, of this joint or of ``nodes`` independent equal joints [-].
+    def start(self, *, energies: bool = False) -> VectorState:
+        """Return a state at rest, whose arrays have no axis of nodes.
 
-        The state of a single joint has no axis of nodes. If ``energies`` is true, it accumulates
-        the dissipated energy.
+        If ``energies`` is true, it accumulates the dissipated energy.
         """
-        if nodes is not None:
-            whole_number("nodes", nodes, 1, _MOST_IN_STATE // self._bank.tops.size)
-        bank = replace(self._bank, size=int(nodes or 1))
-        return VectorState(bank, nodes is None, bool(energies))
+        return VectorState(self._bank, bool(energies))
 
     def force(self, displacement: ArrayLike) -> Floats:
         """Compute forces [N] for a path of displacements [m] from rest, both of shape (n, 2)."""
@@ -145,9 +140,7 @@ class IsotropicJoint(Locked):
             ``force`` [N], shape (samples, 2), and the method ``derivative``.
         """
         x = _path("displacement_cycle", displacement_cycle)[None]
-        return settled_vectors(
-            self._bank, x, None, np.zeros(x.shape[:2]), tolerance, start, single=True
-        )
+        return settled_vectors(self._bank, x, None, np.zeros(x.shape[:2]), tolerance, start)
 
     def harmonics(
         self,
@@ -184,7 +177,7 @@ class IsotropicJoint(Locked):
             shape (1,).
         """
         return settled_harmonics(
-            self._bank, coefficients, harmonics, None, samples, tolerance, start, single=True
+            self._bank, coefficients, harmonics, None, samples, tolerance, start
         )
 
     def __repr__(self) -> str:
@@ -267,7 +260,7 @@ class IsotropicField(Locked):
         slopes = -np.diff(np.append(loads[:-1], 0.0)) / np.diff(self.knots)
         bends = slopes - np.append(slopes[1:], 0.0)
         return SliderBank(
-            lock(steps[1:].copy()), lock(bends), nodes, nodes.size, float(steps[0]),
+            lock(steps[1:].copy()), lock(bends), nodes, float(steps[0]),
             nodes.curve.surface._lay,
         )  # fmt: skip
 
@@ -276,7 +269,7 @@ class IsotropicField(Locked):
 
         If ``energies`` is true, it accumulates the dissipated energy.
         """
-        return VectorState(self._bank, False, bool(energies))
+        return VectorState(self._bank, bool(energies))
 
     def periodic(
         self,

@@ -147,17 +147,16 @@ def settled_vectors(
     steps: Floats,
     tolerance: Any,
     start: Any,
-    single: bool = False,
 ) -> VectorCycle:
     """Return settled cycles for displacements [m], shape (nodes, samples, 2).
 
     ``steps`` are separations relative to the origin of the load curve [m] and ``load`` the normal
-    loads [N], both of shape (nodes, samples). ``single`` removes the axis of nodes.
+    loads [N], both of shape (nodes, samples). The result of a single joint has no axis of nodes.
     """
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(
-        lock(found.force[0] if single else found.force),
+        lock(found.force if bank.nodes else found.force[0]),
         load,
         found.passes,
         lock(found.residual),
@@ -178,10 +177,9 @@ def settled_harmonics(
     samples: int,
     tolerance: Any,
     start: Any,
-    single: bool = False,
 ) -> FieldHarmonics:
     """Return Fourier coefficients of force and load; see :meth:`IsotropicField.harmonics`."""
-    basis, size = Basis(harmonics), bank.size
+    basis, size, single = Basis(harmonics), bank.size, bank.nodes is None
     functions, analysis = basis.sampled(samples)
     count, values = basis.size, floats("coefficients", coefficients, "m")
     shape = (2, count) if single else (size, 2, count)

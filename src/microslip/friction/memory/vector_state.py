@@ -51,15 +51,18 @@ class SliderBank:
     weights: Floats
     """Stiffness of each slider [N/m]: force over deflection, without the factor ``scales``."""
     nodes: Nodes | None
-    """The nodes, or None for a law at constant load, whose slider coordinate is the displacement.
-    """
-    size: int
-    """Number of nodes."""
+    """The nodes, or None for a single law at constant load, whose slider coordinate is the
+    displacement."""
     nearest: float = 0.0
     """Smallest step covered by the sliders [m]."""
     lay: Floats | None = None
     """Tangential stiffness tensor over its value along the first displacement [-], shape (2, 2);
     None if isotropic. It contains the effect of the lay, the direction of machining marks."""
+
+    @property
+    def size(self) -> int:
+        """Number of nodes."""
+        return 1 if self.nodes is None else self.nodes.size
 
     @cached_property
     def scales(self) -> Floats:
@@ -145,21 +148,21 @@ class VectorState(Resumable):
     trial.
     """
 
-    __slots__ = ("_bank", "_loss", "_place", "_single", "_step", "_value", "_vectors")
+    __slots__ = ("_bank", "_loss", "_place", "_step", "_value", "_vectors")
 
     _changing = ("_loss",)
     _trial: tuple[Floats, Floats | None, Floats, Floats] | None
 
-    def __init__(self, bank: SliderBank, single: bool, energies: bool) -> None:
+    def __init__(self, bank: SliderBank, energies: bool) -> None:
         super().__init__()
-        self._bank, self._single = bank, single
+        self._bank = bank
         self._place, self._value = np.zeros((bank.size, 2)), np.zeros((bank.size, 2))
         self._step = bank.rests.copy()
         self._vectors = np.zeros((bank.size, bank.tops.size, 2))
         self._loss = np.zeros(bank.size) if energies else None
 
     def _out(self, array: Floats) -> Any:
-        return array[0] if self._single else array
+        return array if self._bank.nodes else array[0]
 
     @property
     def displacement(self) -> Floats:

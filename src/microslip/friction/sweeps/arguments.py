@@ -108,10 +108,10 @@ def evaluate_labelled(
     settings: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> dict[str, Any]:
-    """Call ``evaluate`` with arguments that are xarray DataArrays or Dask arrays.
+    """Call ``evaluate`` with arguments that are DataArrays of xarray, lazy ones of Dask included.
 
     The other arguments, ``settings``, are passed unchanged. Return the results named in ``outputs``
-    as arrays of the same type.
+    as DataArrays.
     """
     names = tuple(arrays)
     keys = {**settings, "quantities": list(outputs)}
@@ -125,24 +125,14 @@ def evaluate_labelled(
             found = [np.asarray(answers[name]) for name in outputs]
         return tuple(found) if len(found) > 1 else found[0]
 
-    if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
-        import xarray
+    import xarray
 
-        results = xarray.apply_ufunc(
-            blockwise,
-            *arrays.values(),
-            output_core_dims=[()] * len(outputs),
-            dask="parallelized",
-            output_dtypes=[float] * len(outputs),
-        )
-    else:
-        import dask.array
-
-        results = dask.array.apply_gufunc(  # type: ignore[no-untyped-call,unused-ignore]
-            blockwise,
-            ",".join("()" for _ in names) + "->" + ",".join("()" for _ in outputs),
-            *arrays.values(),
-            output_dtypes=[float] * len(outputs),
-        )
+    results = xarray.apply_ufunc(
+        blockwise,
+        *arrays.values(),
+        output_core_dims=[()] * len(outputs),
+        dask="parallelized",
+        output_dtypes=[float] * len(outputs),
+    )
     results = results if isinstance(results, tuple) else (results,)
     return dict(zip(outputs, results, strict=True))

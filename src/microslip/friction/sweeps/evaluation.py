@@ -121,8 +121,8 @@ def evaluate(
     -------
     mapping of str to float or ndarray
         Results by name in SI units, with the broadcast shape of the arguments. For
-        ``xarray.DataArray`` or Dask arguments results have the same type, and are lazy if the
-        arguments are.
+        ``xarray.DataArray`` arguments results have the same type, and are lazy if the arguments
+        are.
 
     Notes
     -----
@@ -134,7 +134,7 @@ def evaluate(
     names = _quantity_names(arguments)
     arrays = {name: value for name, value in arguments.items() if name not in NO_ARRAYS}
     settings = {name: value for name, value in arguments.items() if name in NO_ARRAYS}
-    if any(type(value).__module__.startswith(("xarray", "dask")) for value in arrays.values()):
+    if any(type(value).__module__.startswith("xarray") for value in arrays.values()):
         return evaluate_labelled(evaluate, arrays, settings, names)
     return evaluated(checked(arguments), names)
 

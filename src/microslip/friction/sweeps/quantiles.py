@@ -59,15 +59,6 @@ def intervals(samples: Floats, shares: Sequence[float]) -> Floats:
     return ends.reshape(2, len(shares), *rest)
 
 
-def samples_for(count: int, error: float, target: float) -> int:
-    """Return the number of samples at which a statistical error decreases to ``target``.
-
-    The error, ``error`` with ``count`` samples, is assumed to halve with four times the samples
-    (quasi-random points do better).
-    """
-    return math.ceil(count * max(error / target, 1.0) ** 2)
-
-
 def quantiles(
     scores: Floats,
     values: Floats,

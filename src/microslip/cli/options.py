@@ -10,12 +10,10 @@ import os
 import re
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from threading import Timer
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import click
@@ -256,13 +254,8 @@ def writes(folder: str, earlier: str = "result", *between: Decorator) -> Decorat
     return decorate
 
 
-PATIENCE = 1.0
-"""Time before a progress bar appears [s]."""
-
 Report = Callable[[float], None]
 """Callback for the completed fraction of the work, 0 to 1."""
-
-_begin = time.monotonic()
 
 
 @contextmanager
@@ -315,27 +308,16 @@ def progress(name: str) -> Iterator[Report]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
-    bar = Progress(
+    with Progress(
         "{task.description}",
         BarColumn(),
         TaskProgressColumn(),
         TimeRemainingColumn(),
         console=Console(stderr=True, color_system=None if os.environ.get("NO_COLOR") else "auto"),
         transient=True,
-    )
-    # The bar pulses until the total is known.
-    task = bar.add_task(name, total=None)
-    # A timer, because a single step may take long.
-    timer = Timer(max(PATIENCE - (time.monotonic() - _begin), 0.0), bar.start)
-    timer.daemon = True
-    timer.start()
-    try:
+    ) as bar:
+        task = bar.add_task(name, total=None)  # pulses until the total is known
         yield lambda share: bar.update(task, completed=share, total=1.0)
-    finally:
-        timer.cancel()
-        timer.join()
-        if bar.live.is_started:
-            bar.stop()
 
 
 def _is_live(stream: object) -> bool:

@@ -6,7 +6,6 @@ import math
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from microslip._core.errors import InputError
 from microslip._core.options import option
 from microslip._core.units import PRESSURE, engineering, significant
 from microslip.contact import DrawnFace, NormalLaw
@@ -55,13 +54,7 @@ class _Drawing(Part):
         return Finish(**values)
 
     def check(self, place: Place) -> None:
-        try:
-            self.finish  # noqa: B018
-        except InputError as error:
-            name = error.argument
-            if name in _DRAWN and getattr(self, name) is not None:
-                raise KeyedError(f".{name}", error.statement) from None
-            raise KeyedError("", error.text) from None
+        _ = self.finish  # raises an error for values that contradict each other
 
 
 class SecondFace(_Drawing):

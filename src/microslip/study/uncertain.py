@@ -1,4 +1,4 @@
-"""Uncertain quantities of a study, and quantities that are multiples of others."""
+"""Uncertain quantities of a study."""
 
 from __future__ import annotations
 

@@ -197,7 +197,7 @@ def test_derivative_chain(heights, order):
     if isinstance(heights, ms.Exponential):
         low, high = -2 * heights.scale, 20 * heights.scale
     if isinstance(heights, ms.Gaussian):
-        low, high = heights.mean - 6 * heights.std, heights.mean + 6 * heights.std
+        low, high = heights.mean - 6 * heights.spread, heights.mean + 6 * heights.spread
     if isinstance(heights, ms.Statistical):
         low, high = (float(v) for v in heights.distribution.ppf([1e-9, 1 - 1e-9]))
     marks = np.linspace(low, high, 12) - 0.013 * (high - low)

@@ -55,22 +55,12 @@ def _by_rows(law: NormalLaw, points: int, rows: int) -> bool:
 def sum_over_pairs(law: NormalLaw, kind: Difference, d: Floats, u: Floats) -> Floats:
     """Return the drop, fall, excess or its slope (``kind``) at pairs (d, u), one-dimensional."""
     if law._spline is None:
-        return _sum_of(law, kind)(d, u)
+        return np.asarray(getattr(law, f"_{kind}")(d, u))
     return -law._derivative(d + u, 1) if kind == "fall" else over_pairs(law._spline, kind, d, u)
 
 
-def _sum_of(law: NormalLaw, kind: Difference) -> Callable[[Floats | float, Floats], Floats]:
-    sums = {
-        "drop": law._drop,
-        "fall": law._fall,
-        "excess": law._excess,
-        "excess_slope": law._excess_slope,
-    }
-    return sums[kind]
-
-
 def _row(law: NormalLaw, kind: Difference, d: float, u: Floats) -> Floats:
-    exact = _sum_of(law, kind)
+    exact: Callable[[float, Floats], Floats] = getattr(law, f"_{kind}")
     reach = law._table_reach(d) if kind != "fall" and u.size * _POINT > _ROW else None
     if reach is None:
         return exact(d, u)

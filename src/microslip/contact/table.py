@@ -205,14 +205,14 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         load = float(self._spline.loads[-1])
         return load * math.exp(-max(d - float(knots[-1]), 0.0) / length), length
 
-    def _drop(self, d: float, u: Floats) -> Floats:
+    def _drop(self, d: Any, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         inner = run.drops[k] + h * (-run.slopes[k] - 0.5 * run.curvatures[k] * h)
         load, length = self._tail_at(d)
         past = (k == run.starts.size - 1) & (load > 0.0)
         return np.where(past, run.drops[-1] - load * np.expm1(-h / length), inner)
 
-    def _excess(self, d: float, u: Floats) -> Floats:
+    def _excess(self, d: Any, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         result = run.excesses[k] + h * run.rates[k]
         result += 0.5 * run.curvatures[k] * h * h * (0.5 * run.starts[k] + h / 6.0)
@@ -222,7 +222,7 @@ class TabulatedNormalLaw(Locked, NormalLaw):
         result[past] += 0.5 * load * (run.starts[-1] * decayed(x, 0, 1) + length * decayed(x, 1, 1))
         return result
 
-    def _excess_slope(self, d: float, u: Floats) -> Floats:
+    def _excess_slope(self, d: Any, u: Floats) -> Floats:
         run, k, h = self._locate(d, u)
         result = run.rates[k] + 0.5 * run.curvatures[k] * h * (run.starts[k] + 0.5 * h)
         load, length = self._tail_at(d)

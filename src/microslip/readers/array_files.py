@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -65,7 +66,7 @@ def _leaves(name: str, array: np.ndarray) -> dict[str, Leaf]:
     """Return leaves by name: an array of numbers, or the fields of a structured array."""
     fields = {field: array[field] for field in array.dtype.names or ()} or {name: array}
     return {
-        field: Leaf(values.shape, lambda values=values: values)
+        field: Leaf(values.shape, partial(np.asarray, values))
         for field, values in fields.items()
         if values.dtype.kind in "iuf"
     }

@@ -86,11 +86,11 @@ def excel_table(path: Path) -> RawTable:
 
     Their names begin with the sheet's name if more than one sheet has numeric columns.
     """
-    parts = [
-        (title, layout, rows)
-        for title, rows in _sheets(path).items()
-        if (layout := find_layout(_lines(rows[:_HEAD]))) is not None
-    ]
+    parts = []
+    for title, rows in _sheets(path).items():
+        lines = [TextLine(at, "\t".join(row)) for at, row in enumerate(rows[:_HEAD]) if any(row)]
+        if (layout := find_layout(lines)) is not None:
+            parts.append((title, layout, rows))
     if not parts:
         raise ValueError("wanted rows of numbers, got none in this Excel workbook")
     columns, places = [], []
@@ -110,11 +110,6 @@ def excel_table(path: Path) -> RawTable:
     if len(parts) > 1:
         words = f"Excel workbook, {len(parts)} sheets"
     return RawTable(words, tuple(columns), load, lambda row: f"row {row + first + 1}")
-
-
-def _lines(rows: list[list[str]]) -> list[TextLine]:
-    lines = (TextLine(at, "\t".join(row)) for at, row in enumerate(rows))
-    return [line for line in lines if line.text.strip()]
 
 
 def _numbers(rows: list[list[str]], first: int, place: int, heading: str) -> Floats:

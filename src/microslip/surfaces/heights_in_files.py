@@ -48,7 +48,7 @@ def read_heights(path: Path, format_name: Any, channel: Any, has_pixel: bool) ->
     form = format_name or _form(head, path.suffix.lower())
     if channel is not None and form in ("npy", *TEXTS):
         raise InputError("`channel` does not apply to this kind of file; omit it")
-    if form in ARRAY_FILES:
+    if form is not None and form in ARRAY_FILES:
         return _of_arrays(ARRAY_FILES[form](path), channel)
     if form in TEXTS:
         return _of_text(open_text(path), form, has_pixel)

@@ -8,21 +8,12 @@ import numpy as np
 
 from microslip._core.checks import show
 from microslip._core.errors import InputError
-from microslip.contact.heights.base import HeightDistribution
-from microslip.contact.heights.closed_forms import Discrete, Exponential, Gaussian
-from microslip.contact.heights.statistical import Statistical
-from microslip.contact.heights.tabulated import TabulatedHeights
-
-__all__ = [
-    "HEIGHTS",
-    "Discrete",
-    "Exponential",
-    "Gaussian",
-    "HeightDistribution",
-    "Statistical",
-    "TabulatedHeights",
-    "as_heights",
-]
+from microslip.contact.heights.base import HeightDistribution as HeightDistribution
+from microslip.contact.heights.closed_forms import Discrete as Discrete
+from microslip.contact.heights.closed_forms import Exponential as Exponential
+from microslip.contact.heights.closed_forms import Gaussian as Gaussian
+from microslip.contact.heights.statistical import Statistical as Statistical
+from microslip.contact.heights.tabulated import TabulatedHeights as TabulatedHeights
 
 HEIGHTS: tuple[type[HeightDistribution], ...] = (
     Gaussian,

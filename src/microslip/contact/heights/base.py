@@ -38,7 +38,7 @@ class HeightDistribution(Parametric, ABC):
                 "field(metadata=parameter(...)), or give _scaled(factor)"
             )
         scaled = {item.name: getattr(self, item.name) * factors[item.unit] for item in declared}
-        return replace(self, **scaled)
+        return replace(self, **scaled)  # type: ignore[type-var]
 
     @property
     def top(self) -> float:

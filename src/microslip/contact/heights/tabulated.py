@@ -153,7 +153,7 @@ class TabulatedHeights(Locked, HeightDistribution):
         return float(knots[0] + terms.sum())
 
     @cached_property
-    def std(self) -> float:
+    def spread(self) -> float:
         """Standard deviation of the heights [m]."""
         knots, left, right = self._pieces
         width = np.diff(knots)[:, None]
@@ -161,11 +161,6 @@ class TabulatedHeights(Locked, HeightDistribution):
         y = knots[:-1, None] + width * nodes - self.mean
         density = left[:, None] + (right - left)[:, None] * nodes
         return math.sqrt(float((y * y * density * width).sum(axis=0) @ weights))
-
-    @property
-    def spread(self) -> float:
-        """Standard deviation of the heights [m]."""
-        return self.std
 
     @property
     def span(self) -> tuple[float, float]:

@@ -202,15 +202,17 @@ def law_slip(field):
     return pressed.force_limits.sum() / pressed.tangential_stiffnesses.sum()
 
 
-def test_rows_of_tmdsimpy_have_laws_of_their_own(force_of_tmdsimpy):
-    """One a row, a field in one call, and the same placed by whole Kronecker products."""
+def test_rows_of_a_field_in_tmdsimpy_are_laws_of_their_own(force_of_tmdsimpy):
+    """One force a row, a field in one call, and the same placed by whole Kronecker products."""
     field = ms.JointField(JOINT.surface, 0.5, areas=[1e-4, 2e-4], loads=[700.0, 900.0])
     laws = [ms.Interface(JOINT.surface, 0.5, normal_load=load) for load in (2 * 700.0, 900.0)]
     laws[0] = ms.Parallel([ms.JointField(JOINT.surface, 0.5, areas=[1e-4], loads=[700.0]).rigid()])
     Q = np.random.default_rng(4).normal(size=(2, 5)) * (np.arange(5) < 4)
     T, h = Q.T * [2.0, 1.0], np.array([0, 1, 2])
     U = 2e-7 * np.random.default_rng(5).normal(size=25)
-    (F, J, _), other = (force_of_tmdsimpy(Q, T, law).aft(U, 1.0, h) for law in (field, laws))
+    F, J, _ = force_of_tmdsimpy(Q, T, field).aft(U, 1.0, h)
+    alone = [force_of_tmdsimpy(Q[[i]], T[:, [i]], laws[i]) for i in range(2)]
+    other = [sum(parts) for parts in zip(*(one.aft(U, 1.0, h) for one in alone), strict=True)]
     np.testing.assert_allclose(F, other[0], rtol=1e-9, atol=1e-9 * np.abs(F).max())
     np.testing.assert_allclose(J, other[1], rtol=0.0, atol=1e-8 * np.abs(J).max())
     found = field.harmonics(Q @ U.reshape(5, 5).T, [0, 1, 2], rest="mean")
@@ -220,11 +222,11 @@ def test_rows_of_tmdsimpy_have_laws_of_their_own(force_of_tmdsimpy):
     wanted = np.kron(np.eye(5), T) @ whole @ np.kron(np.eye(5), Q)
     np.testing.assert_allclose(J, wanted, rtol=0.0, atol=1e-12 * np.abs(J).max())
     X = np.array([1e-7, -2e-7, 3e-7, 1e-8, 0.0])
-    for law in (field, laws):
-        force = force_of_tmdsimpy(Q, T, law)
-        force.force(X, update_hist=True)
-        T2, _ = force.force(-X)
-        there = [one.force([x, -x])[-1] for one, x in zip(laws, Q @ X, strict=True)]
+    there = [one.force([x, -x])[-1] for one, x in zip(laws, Q @ X, strict=True)]
+    for forces in ([force_of_tmdsimpy(Q, T, field)], alone):
+        for force in forces:
+            force.force(X, update_hist=True)
+        T2 = sum(force.force(-X)[0] for force in forces)
         np.testing.assert_allclose(T2, T @ there, rtol=1e-9)
     with pytest.raises(ms.InputError, match="Q must have 2 rows for the 2 nodes"):
         force_of_tmdsimpy(Q[:1], T[:, :1], field)

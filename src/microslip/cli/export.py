@@ -123,20 +123,20 @@ def export(
 
 
 def _write_card(law: Any, file: Path, overwrite: bool, name: str, given: dict[str, Any]) -> None:
-    from microslip.export import write_card
+    from microslip.export import PROGRAMS, write_card
 
     if "program" not in given:
         programs = ", ".join(_CARD_OPTIONS[0].choices)
         raise click.UsageError(f"--for: wanted the program of the card, one of {programs}")
-    done = write_card(given.pop("program"), law, file, name=name, overwrite=overwrite, **given)
-    card = done.card
+    program = given.pop("program")
+    card = write_card(program, law, file, name=name, overwrite=overwrite, **given)
     click.echo(f"Written: {file}")
     click.echo(
         f"At {card.pressure:.4g} Pa: normal stiffness {card.normal_stiffness:.4g} Pa/m, tangential "
         f"stiffness {card.stick_stiffness:.4g} Pa/m, elastic slip {card.elastic_slip:.4g} m; the "
         f"stick-slip force exceeds the joint's by up to {100.0 * card.errors.force:.2g} %."
     )
-    click.echo(f"Verification: {done.run}.")
+    click.echo(f"Verification: {PROGRAMS[program].run}.")
 
 
 def _law(study: Study, kind: str, report: Report) -> Any:

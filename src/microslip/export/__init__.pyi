@@ -1,5 +1,4 @@
 from .card_files import PROGRAMS as PROGRAMS
-from .card_files import CardFile as CardFile
 from .card_files import write_card as write_card
 from .contact_card import CardErrors as CardErrors
 from .contact_card import ContactCard as ContactCard

@@ -92,20 +92,6 @@ def _numbers(card: ContactCard, units: UnitSystem) -> dict[str, str]:
     return numbers
 
 
-@dataclass(frozen=True)
-class CardFile:
-    """Contact card that was written to a file."""
-
-    program: str
-    """Program that reads the file."""
-    file: Path
-    """Path of the file."""
-    run: str
-    """Statement on how this kind of card was verified."""
-    card: ContactCard
-    """Numbers of the card in SI units, and their errors."""
-
-
 def write_card(
     program: str,
     joint: Interface,
@@ -115,7 +101,7 @@ def write_card(
     name: str = "joint",
     overwrite: bool = False,
     **options: Any,
-) -> CardFile:
+) -> ContactCard:
     """Write a joint as a contact card of a finite-element program, per unit area.
 
     Parameters
@@ -138,8 +124,9 @@ def write_card(
 
     Returns
     -------
-    CardFile
-        The file and its contact card in SI units.
+    ContactCard
+        The numbers of the card in SI units, and their errors. ``PROGRAMS[program].run`` states how
+        this kind of card was verified.
     """
     check_word("program", program, PROGRAMS)
     check_word("units", units, CARD_UNITS)
@@ -169,10 +156,9 @@ def write_card(
         for line in header
         for short in wrap(line, 96, subsequent_indent="  ")
     ]
-    path = Path(file)
-    with atomic_file(path, overwrite) as stage:
+    with atomic_file(file, overwrite) as stage:
         stage.write_text("\n".join([*comments, body]), encoding="utf-8")
-    return CardFile(program, path, kind.run, card)
+    return card
 
 
 def _limits_of(card: ContactCard, holds: str) -> list[str]:

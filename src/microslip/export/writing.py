@@ -69,16 +69,12 @@ _MOST_NODES = 10_000
 class Exported:
     """Files written by an export, and their accuracy with respect to the law."""
 
-    kind: str
-    """Kind of file."""
     files: tuple[Path, ...]
     """Paths of the files."""
     accuracy: Accuracy
     """Errors over the range of amplitudes."""
     run: str
     """Verification of this kind of file."""
-    law: str
-    """Description of the law in one line."""
 
 
 def write(
@@ -186,7 +182,7 @@ def write(
         stages = [stack.enter_context(atomic_file(item, overwrite)) for item in paths]
         for stage, content in zip(stages, texts.values(), strict=True):
             stage.write_bytes(content.encode() if isinstance(content, str) else content)
-    return Exported(kind, tuple(paths), order.accuracy, file_format.run, order.described)
+    return Exported(tuple(paths), order.accuracy, file_format.run)
 
 
 def _check_energy(order: Order, law: Any, limits: dict[str, Any]) -> None:

@@ -8,7 +8,6 @@ begin each cycle without force at its mean displacement, and so does :class:`Joi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -136,26 +135,19 @@ class JointForce(_Force):
         Matrix from displacements x of the system to local displacements [-], shape (local, n).
     T : array_like
         Matrix from local forces to forces of the system [-], shape (n, local).
-    law : BackboneLaw, sequence of BackboneLaw, or JointField
-        One law for all local displacements, one law for each, or a field with as many nodes, which
-        is evaluated in one compiled call.
+    law : BackboneLaw or JointField
+        One law for all local displacements, or a field with as many nodes, which is evaluated in
+        one compiled call.
     rest : float or "mean", optional
         Displacement [m] at which the force of the joints is zero before the motion, or "mean" for
         the mean of the cycle.
     """
 
     def __init__(self, Q: ArrayLike, T: ArrayLike, law: Any, rest: Any = "mean") -> None:
-        laws = list(law) if isinstance(law, Sequence) else [law]
-        is_field = isinstance(law, JointField)
-        if not is_field and not all(isinstance(part, BackboneLaw) for part in laws):
-            raise InputError(
-                f"`law` must be a backbone law, one for each row of Q, or a JointField, got "
-                f"{show(law)}"
-            )
-        several = isinstance(law, Sequence)
-        super().__init__(Q, T, law.size if is_field else len(laws) if several else None, (1,))
+        if not isinstance(law, (BackboneLaw, JointField)):
+            raise InputError(f"`law` must be a backbone law or a JointField, got {show(law)}")
+        super().__init__(Q, T, law.size if isinstance(law, JointField) else None, (1,))
         self.law, self.rest = law, [rest] * len(self.Q)
-        self._laws = laws if several else laws * len(self.Q)
         self.init_history()
 
     def set_aft_initialize(self, X: ArrayLike) -> None:
@@ -167,8 +159,8 @@ class JointForce(_Force):
 
     def init_history(self, unlth0: Any = None, h: Any = None) -> None:
         """Start every joint at rest, for :meth:`force`."""
-        field = isinstance(self.law, JointField)
-        self.states: list[Any] = [law.start() for law in ([self.law] if field else self._laws)]
+        count = 1 if isinstance(self.law, JointField) else len(self.Q)
+        self.states: list[Any] = [self.law.start() for _ in range(count)]
 
     def _stepped(self, motion: Floats, commit: bool) -> tuple[Floats, Floats]:
         x = motion[:, 0]
@@ -188,8 +180,8 @@ class JointForce(_Force):
             rest = "mean" if "mean" in self.rest else self.rest
             force, jacobian = self.law.harmonics(x, numbers, rest=rest)
             return force[:, None], jacobian[:, None, None]
-        rows = zip(self._laws, x, self.rest, strict=True)
-        found = [law.harmonics(row, numbers, rest) for law, row, rest in rows]
+        rows = zip(x, self.rest, strict=True)
+        found = [self.law.harmonics(row, numbers, rest) for row, rest in rows]
         jacobians = np.array([response.jacobian for response in found])
         return np.array([[response.force] for response in found]), jacobians[:, None, None]
 

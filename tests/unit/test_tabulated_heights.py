@@ -138,4 +138,4 @@ def test_panels_are_bounded_and_not_only_heights(law: str) -> None:
         ms.TabulatedHeights(height, density)
     assert "np.linspace(height[0], height[-1], 1000)" in str(e.value)
     new = np.linspace(height[0], height[-1], 1000)  # what the message says
-    assert ms.TabulatedHeights(new, np.interp(new, height, density)).std > 0.0
+    assert ms.TabulatedHeights(new, np.interp(new, height, density)).spread > 0.0

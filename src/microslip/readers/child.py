@@ -25,7 +25,7 @@ from typing import Any, Final
 import numpy as np
 
 from microslip._core.errors import InputError
-from microslip.readers.files import POINTS, Unusable, allowed_points, decoded, first_line, limited
+from microslip.readers.files import POINTS, allowed_points, decoded, first_line, limited
 
 _BYTES_A_POINT: Final = 24  # unpacked, parsed and written: 8 bytes each
 _BESIDE: Final = 1 << 28  # bytes allowed in addition to the numbers
@@ -83,11 +83,8 @@ def parsed(
                     raise MemoryError
                 raise ValueError(f"unpacks to more than {points} points can need")
             if "error" in tree:
-                raise _ERRORS.get(tree["error"], ValueError)(tree["text"])
+                raise (InputError if tree["error"] == "input" else ValueError)(tree["text"])
             return _joined(tree["value"], archive)
-
-
-_ERRORS: Final[Mapping[str, type[ValueError]]] = {"input": InputError, "unusable": Unusable}
 
 
 def _cause(status: int | None, seconds: float) -> str:
@@ -218,8 +215,6 @@ def _read_request(request: Mapping[str, Any]) -> None:
         tree, arrays = {"error": "memory", "text": ""}, {}
     except InputError as error:
         tree, arrays = {"error": "input", "text": error.text}, {}
-    except Unusable as error:
-        tree, arrays = {"error": "unusable", "text": str(error)}, {}
     except Exception as error:  # damaged files break parsers in many ways
         tree, arrays = {"error": "other", "text": first_line(error, Path(request["path"]))}, {}
     np.savez(request["answer"], tree=np.array(json.dumps(tree)), **arrays)

@@ -125,13 +125,9 @@ def _near(path: Path) -> str:
 _OF_THE_SYSTEM = (FileNotFoundError, IsADirectoryError, PermissionError)
 
 
-class Unusable(ValueError):
-    """Error for a file that is damaged or not of its apparent kind."""
-
-
 @contextmanager
 def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
-    """Return a context in which any error of a parsing library becomes an Unusable error.
+    """Return a context in which any error of a parsing library becomes an InputError.
 
     The message names the ``kind`` of file. ``quiet`` suppresses warnings of the library.
     """
@@ -140,10 +136,10 @@ def decoded(kind: str, quiet: bool = True) -> Iterator[None]:
             if quiet:
                 warnings.simplefilter("ignore")
             yield
-    except (MemoryError, InputError, Unusable, *_OF_THE_SYSTEM):
+    except (MemoryError, InputError, *_OF_THE_SYSTEM):
         raise
     except Exception as error:
-        raise Unusable(f"not a usable {kind}: {first_line(error)}") from None
+        raise InputError(f"not a usable {kind}: {first_line(error)}") from None
 
 
 def first_line(error: BaseException, path: Path | None = None) -> str:

@@ -23,7 +23,6 @@ from microslip._core.wording import did_you_mean, quote, shorten
 from microslip.readers import hdf5
 from microslip.readers.child import parsed
 from microslip.readers.files import (
-    Unusable,
     allowed_points,
     decoded,
     file_kind,
@@ -200,7 +199,7 @@ def read_height_channel(path: Path, format_name: str | None, channel_name: str |
         except InputError:
             raise
         except ValueError as error:
-            raise Unusable(str(error)) from None
+            raise InputError(str(error)) from None
     warnings_given = dict.fromkeys(
         shorten(first_line(w.message), 160)
         for w in messages
@@ -291,13 +290,13 @@ def _open(path: Path, format_name: str | None) -> tuple[Any, str]:
     with path.open("rb") as file:
         head = file.read(library.MAGIC_BUFFER_SIZE)
     suffix = suffix_of(path, head)
-    failed: Unusable | None = None
+    failed: InputError | None = None
     for reader in _candidates(library, head, suffix):
         name = reader.format()
         try:
             with decoded(f"{name} file", quiet=False):
                 return reader(str(path)), name
-        except Unusable as error:
+        except InputError as error:
             failed = failed or error
     if failed:
         raise failed

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Floats
+from microslip._core.errors import InputError
 from microslip._core.packages import needed_for
 from microslip._core.wording import quote
 from microslip.readers.child import parsed
 from microslip.readers.dialect import NUMBER, TextLine, find_layout, is_missing
-from microslip.readers.files import Unusable, decoded, refuse_beyond
+from microslip.readers.files import decoded, refuse_beyond
 from microslip.readers.tables import RawColumn, RawTable, refuse_long
 from microslip.readers.text import whole_text
 
@@ -160,7 +161,7 @@ def _cells(sheet: Any, archive: zipfile.ZipFile) -> list[list[str]]:
 
     content = archive.read(sheet._worksheet_path)
     if (formula := _NO_VALUE.search(content)) is not None:
-        raise Unusable(
+        raise InputError(
             f"sheet {quote(sheet.title)}, cell {formula[1].decode()}: a formula without its value; "
             "open the workbook in a spreadsheet program and save it"
         )

@@ -151,13 +151,12 @@ class _Block(NamedTuple):
     is_last: bool
 
 
-def open_text(path: Path, limit: int | None = None) -> TextFile:
+def open_text(path: Path, limit: int = _MAX_BYTES) -> TextFile:
     """Detect encoding, decimal sign and layout (separator, names, units) of a text file.
 
     Numbers are not loaded. A file of more than ``limit`` bytes (by default 4 GB), or without rows
     of numbers, raises ValueError.
     """
-    limit = _MAX_BYTES if limit is None else limit
     size = path.stat().st_size
     if size > limit:
         raise ValueError(

@@ -124,7 +124,7 @@ class DataSet(Mapping[str, Variable]):
             for name, array in zip(columns.values(), arrays, strict=True)
         ]
         writers = [_cell if array.dtype == object else repr for array in arrays]
-        for start in range(0, self.count(dims), _BLOCK):
+        for start in range(0, math.prod(self.sizes[dim] for dim in dims), _BLOCK):
             texts = (
                 map(write, array.flat[start : start + _BLOCK].tolist())
                 for write, array in zip(writers, arrays, strict=True)
@@ -134,10 +134,6 @@ class DataSet(Mapping[str, Variable]):
     def _heading(self, key: str, name: str) -> str:
         unit = self[name].quantity.unit
         return f"{key} [{unit}]" if unit else key
-
-    def count(self, dims: tuple[str, ...]) -> int:
-        """Return the number of points along ``dims``, the product of their lengths."""
-        return math.prod(self.sizes[dim] for dim in dims)
 
     def to_xarray(self, instead: str) -> Any:
         """Convert to ``xarray.Dataset``; without xarray the error recommends ``instead``."""

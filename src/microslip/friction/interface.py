@@ -297,8 +297,7 @@ class Interface(CoupledLaw):
         ----------
         quantity : str
             ``backbone``, ``force`` (along a history), ``periodic`` (the settled force), or
-            ``harmonics`` [N]; ``dissipated_energy`` [J], ``secant_stiffness`` [N/m],
-            ``loss_factor`` or ``damping_ratio`` [-] of a closed cycle.
+            ``harmonics`` [N]; ``dissipated_energy`` [J] of a closed cycle.
         at : array_like
             For ``force``, ``periodic`` and ``harmonics``: displacement histories, cycles or Fourier
             coefficients [m] along the last axis. Else displacements or amplitudes [m], any shape.

@@ -23,10 +23,7 @@ from microslip.friction.memory import Memory
 if TYPE_CHECKING:
     from microslip.contact.materials import Material
 
-_QUANTITIES = (
-    "backbone", "force", "periodic", "harmonics",
-    "dissipated_energy", "secant_stiffness", "loss_factor", "damping_ratio",
-)  # fmt: skip
+_QUANTITIES = ("backbone", "force", "periodic", "harmonics", "dissipated_energy")
 """Quantities that have parameter derivatives."""
 
 
@@ -89,34 +86,17 @@ def derivatives_by_parameters(
             return np.array([of_row(backbone, row) for row in batch]).reshape(rows.shape)
 
     else:
-        of = _at_amplitudes(law, quantity, at)
+        x = floats("at", at, "m")
+        a = np.abs(x).reshape(-1)
+        if quantity == "dissipated_energy" and x.min() < 0.0:
+            raise InputError(f"`at` must be amplitudes of zero or more [m], got {x.min():g}")
+
+        def of(backbone: DerivativeBackbone) -> Any:
+            if quantity == "dissipated_energy":
+                return plain(backbone._energy(a).reshape(x.shape))
+            return plain(np.copysign(1.0, x) * backbone._backbone(a).reshape(x.shape))
+
     return {name: of(known[name]) for name in chosen}
-
-
-def _at_amplitudes(law: Any, quantity: str, at: ArrayLike) -> Callable[[DerivativeBackbone], Any]:
-    """Return a function from dT0/dp to dQ/dp of ``quantity`` Q at the amplitudes ``at`` [m]."""
-    x = floats("at", at, "m")
-    a = np.abs(x).reshape(-1)
-    if quantity == "backbone":
-        return lambda backbone: plain(
-            np.copysign(1.0, x) * np.asarray(backbone._backbone(a)).reshape(x.shape)
-        )
-    if np.any(x < 0.0) or (quantity != "dissipated_energy" and not np.all(x > 0.0)):
-        raise InputError(f"`at` must be amplitudes above zero for {quantity} [m], got {x.min():g}")
-    force, energy = law._backbone(a), law._energy(a)
-
-    def of(backbone: DerivativeBackbone) -> Any:
-        if quantity == "dissipated_energy":
-            result = backbone._energy(a)
-        elif quantity == "secant_stiffness":
-            result = backbone._backbone(a) / a
-        else:  # E_d/(pi a T0) or half of it
-            share = backbone._energy(a) / energy - backbone._backbone(a) / force
-            factor = 1.0 if quantity == "loss_factor" else 0.5
-            result = factor * energy / np.pi / a / force * share
-        return plain(result.reshape(x.shape))
-
-    return of
 
 
 def _derivative_backbones(joint: Any) -> Mapping[str, DerivativeBackbone]:

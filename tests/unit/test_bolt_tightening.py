@@ -7,7 +7,7 @@ import pytest
 
 import microslip as ms
 from microslip.report.predicted.preview import preview
-from microslip.report.structure.bolts import force_rows
+from microslip.report.structure.data import force_rows
 from microslip.structures.bolt_tightening import ClampedBolt, Thread, embedding_of, proof_stress
 from microslip.study.build import Design, build_surface
 from microslip.study.runs.structure import keys_of_model

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import microslip as ms
-from microslip.chapter import KIND, LEFT_OUT, PLATES, Plate, select, write_figures
+from microslip.chapter import LEFT_OUT, PLATES, Plate, select, write_figures
 from microslip.chapter.joint import with_summits
 from microslip.chapter.rig import (
     HARMONIC,
@@ -180,7 +180,7 @@ def test_files(tmp_path: Path) -> None:
     assert progress == [0.5, 1.0]
     assert summary == json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(summary["files"])
-    assert (summary["kind"], summary["version"]) == (KIND, ms.__version__)
+    assert (summary["kind"], summary["version"]) == ("microslip-figures", ms.__version__)
     assert [figure["number"] for figure in summary["figures"]] == ["19.9", "19.13"]
     assert [len(figure["files"]) for figure in summary["figures"]] == [2, 3]
     assert summary["left_out"]["19.5"] == "a photograph of the sample"

@@ -24,8 +24,7 @@ from microslip.figures.plot import (
     Plot,
 )
 from microslip.figures.svg import svg
-from microslip.report.predicted import figures
-from microslip.report.predicted.figures import prediction_pictures
+from microslip.report.predicted.document import prediction_pictures
 from microslip.report.predicted.history_figure import MOST_DRAWN_SAMPLES
 
 PICTURES = ('["csv"]', '["svg", "png"]')
@@ -42,7 +41,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> ms.Result:
 
 
 def draw(result: ms.Result, name: str) -> Plot:
-    return getattr(figures, name)(result)
+    return next(picture for picture in prediction_pictures(result) if picture.name == name).plot()
 
 
 def lines(panel: Panel, dash: tuple[float, ...] = ()) -> list[Line]:

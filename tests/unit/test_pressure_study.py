@@ -10,7 +10,8 @@ from studies import LOADS, edited
 
 import microslip as ms
 from microslip.figures.plot import Line
-from microslip.report.predicted.figures import prediction_pictures, pressure
+from microslip.report.predicted.document import prediction_pictures
+from microslip.report.predicted.history_figure import pressure
 
 CONE = (LOADS, f'{LOADS}\npressure = {{ kind = "cone", outer = "7 mm", inner = "2 mm" }}')
 BOLT = '{ kind = "bolt", size = "M5", plates = ["3 mm", "4 mm"], count = 2, edge = "10 mm"'

@@ -15,7 +15,7 @@ from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
 from microslip._core.quantities import UNITS
-from microslip.report.predicted.data import FLAGS
+from microslip.report.predicted.numbers import FLAGS
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
 HISTORY = 'history = { file = "record.csv", column = "x" }'

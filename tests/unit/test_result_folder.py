@@ -75,7 +75,7 @@ def test_only_a_result_is_replaced(
     mine = tmp_path / "mine"
     mine.mkdir()
     (mine / "thesis.tex").write_text("years of work")
-    no_result = "not replaced: it is not a result of microslip (summary.json missing)"
+    no_result = "not replaced: it is not a result of this command (no such summary.json)"
     assert refusal(result, mine) == no_result
     for text in ("", "[]", "{}", '{"kind": "other"}', '{"kind": "microslip-result"}', 9999 * "["):
         (mine / "summary.json").write_text(text)

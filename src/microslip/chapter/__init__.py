@@ -17,10 +17,7 @@ from microslip._version import __version__
 from microslip.chapter import contact, joint, loops, rig, sketches, surface
 from microslip.chapter.plate import Plate
 
-__all__ = ["KIND", "LEFT_OUT", "PLATES", "Plate", "select", "write_figures"]
-
-KIND = "microslip-figures"
-"""Kind of a folder of figures, stored in summary.json."""
+__all__ = ["LEFT_OUT", "PLATES", "Plate", "select", "write_figures"]
 
 
 _MODULES = (sketches, contact, loops, surface, joint, rig)
@@ -68,7 +65,7 @@ def write_figures(
         if progress is not None:
             progress((index + 1) / len(plates))
     summary = {
-        "kind": KIND,
+        "kind": "microslip-figures",
         "version": __version__,
         "figures": figures,
         "left_out": dict(LEFT_OUT),

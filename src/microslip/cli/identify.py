@@ -80,12 +80,12 @@ def identify(
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document
-        from microslip.report.identified.document import KIND, Identified, identification_document
+        from microslip.report.identified.document import Identified, identification_document
 
         files = list_records(records, manifest)
         _, gain_errors = calibration_of(reading.calibration)
         gains = {f"{name}_gain": (1.0, error) for name, error in gain_errors.items()}
-        with output.staged(KIND, "identification") as stage:
+        with output.staged("identification") as stage:
             with progress("Reading") as report:
                 read, _, skipped = each_record(files, reading, lambda record: record, report)
             with progress("Fitting") as report:

@@ -82,14 +82,11 @@ def figures(numbers: tuple[str, ...], folder: Path, overwrite: bool) -> None:
     Each figure is written as SVG and PNG with its data as CSV; summary.json has the captions.
     """
     with stoppable():
-        from microslip.chapter import KIND, select, write_figures
+        from microslip.chapter import select, write_figures
         from microslip.report.folder import staged
 
         selection = select(numbers)
-        with (
-            staged(folder, overwrite, KIND, "set of figures") as stage,
-            progress("Drawing") as report,
-        ):
+        with staged(folder, overwrite, "figures") as stage, progress("Drawing") as report:
             summary = write_figures(selection, stage, report)
     width = max(len(figure["number"]) for figure in summary["figures"])
     for figure in summary["figures"]:

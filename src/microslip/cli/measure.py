@@ -74,9 +74,9 @@ def measure(
         from microslip.laboratory import measure as measured
         from microslip.laboratory.campaign import Campaign
         from microslip.report.files import write_document
-        from microslip.report.measured import KIND, measurement_document
+        from microslip.report.measured import measurement_document
 
-        with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
+        with output.staged("measurement") as stage, progress("Measuring") as report:
             files = list_records(records, manifest)
             _, gain_errors = calibration_of(reading.calibration)
             results, places, skipped = each_record(

@@ -197,19 +197,18 @@ class Output(NamedTuple):
     """Figure formats."""
 
     @contextmanager
-    def staged(self, kind: str, noun: str) -> Iterator[Path | None]:
+    def staged(self, kind: str) -> Iterator[Path | None]:
         """Yield a temporary folder, which is renamed to the output folder when the context ends.
 
-        Yield None if no output folder is given. ``kind`` is the kind of result written to
-        summary.json and ``noun`` its name in messages. Enter the context before computing, so that
-        errors of the output folder come early.
+        Yield None if no output folder is given. Only a result of the same ``kind`` is replaced.
+        Enter the context before computing, so that errors of the output folder come early.
         """
         if self.folder is None:
             yield None
             return
         from microslip.report.folder import staged
 
-        with staged(self.folder, self.overwrite, kind, noun) as stage:
+        with staged(self.folder, self.overwrite, kind) as stage:
             yield stage
 
     def show(self, document: Document, *, full: bool = False, hint: str = "") -> None:

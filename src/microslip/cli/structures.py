@@ -55,11 +55,11 @@ def measure_modes(records: Sequence[str], output: Output, band: str | None) -> N
     """Measure frequency and damping against amplitude from modal tests."""
     with stoppable():
         from microslip.report.files import write_document
-        from microslip.report.modal_test import KIND, modal_test_document
+        from microslip.report.modal_test import modal_test_document
         from microslip.structures import ModalTest
 
         within = band_of(band)
-        with output.staged(KIND, "measurement") as stage, progress("Measuring") as report:
+        with output.staged("modal-test") as stage, progress("Measuring") as report:
             tests = []
             for index, record in enumerate(records):
                 tests.append(ModalTest.read(record, band=within))

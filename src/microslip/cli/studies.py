@@ -83,17 +83,15 @@ def predict_into(read: Callable[[], Study], folder: Path, output: Output) -> Non
     output = output._replace(folder=folder)
     with stoppable():
         study = read()
-        from microslip.report.predicted.numbers import KIND
-
-        with output.staged(KIND, "result") as stage:
-            from microslip.report.files import standard_files, write_all
+        with output.staged("result") as stage:
+            from microslip.report.files import write_all
             from microslip.report.predicted.result import result_document
 
             with progress("Computing") as report:
                 document = result_document(study.run(report), folder)
             assert stage is not None
             with progress("Drawing and writing") as report:
-                write_all(standard_files(document), stage, report)
+                write_all(document.files, stage, report)
     output.show(document)
 
 

@@ -43,7 +43,7 @@ def surface(
     """
     with stoppable():
         from microslip.report.files import write_document
-        from microslip.report.scanned.document import KIND, scan_document
+        from microslip.report.scanned.document import scan_document
         from microslip.surfaces.findings import Request, analyse
 
         context = click.get_current_context()
@@ -51,7 +51,7 @@ def surface(
             context.get_parameter_source("cutoff") is not click.core.ParameterSource.DEFAULT
         )
         request = Request.of(scan, cutoff_given=cutoff_given, **options)
-        with output.staged(KIND, "measured scan") as stage:
+        with output.staged("surface") as stage:
             with progress("Measuring") as report:
                 findings = analyse(request, report)
             result = scan_document(findings, output.folder, in_options)

@@ -40,11 +40,6 @@ def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
     return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
-def common_prefix(values: Sequence[float]) -> tuple[float, str]:
-    """Return factor and unit prefix for the largest value; none if values are far apart."""
-    return (1.0, "") if far_apart(values, 1e4) else prefix(max(values))
-
-
 def envelope(values: Floats, blocks: int = 1500) -> NDArray[np.intp]:
     """Return the indices of the samples of a record that are drawn.
 
@@ -225,11 +220,6 @@ def between(x: Floats, low: Floats, high: Floats, color: str) -> Area:
     fine = np.isfinite(x) & np.isfinite(low) & np.isfinite(high)
     x, low, high = x[fine], low[fine], high[fine]
     return Area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), color)
-
-
-def box(left: float, right: float, bottom: float, top: float, color: str) -> Area:
-    """Return a filled rectangle."""
-    return Area(np.array([left, right, right, left]), np.array([bottom, bottom, top, top]), color)
 
 
 def map_panel(

@@ -207,18 +207,5 @@ def stacked(
     return Plot(list(panels), height, title, heights, legend=tuple(legend))
 
 
-def beside(
-    panels: Sequence[Panel],
-    height: float,
-    title: str = "",
-    legend: Sequence[Entry] = (),
-) -> Plot:
-    """Return a page of panels of equal widths in a row."""
-    for place, panel in enumerate(panels):
-        panel.cell = (0, 0, place, place)
-    widths = (1.0,) * len(panels)
-    return Plot(list(panels), height, title, widths=widths, legend=tuple(legend))
-
-
 def _floats(values: ArrayLike) -> Floats:
     return np.atleast_1d(np.asarray(values, dtype=np.float64))

@@ -2,8 +2,6 @@
 
 To add a kind of result, add a module or package here that defines
 
-``KIND``
-    Value of ``kind`` in the summary.json of the result.
 ``document(result) -> Document``
     Function that returns the document: the main result in a sentence, sections, numbers, and the
     tables and texts of its folder. The modules of this package write the terminal output, the

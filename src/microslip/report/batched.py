@@ -14,10 +14,9 @@ from microslip._core.files import atomic_file
 from microslip._core.quantities import UNITS, Quantity, count
 from microslip.report import cells
 from microslip.report.document import Block, Document, Section, Table
-from microslip.report.files import csv_file, header, standard_files, with_file_names
+from microslip.report.files import complete, csv_file, header
 from microslip.study.runs.batch import Batch, Outcome
 
-KIND = "microslip-batch"
 BATCH_SCHEMA = 1
 
 
@@ -39,7 +38,7 @@ def batch_document(batch: Batch) -> Document:
         blocks.append(Table("Failed", DataSet.of_rows(reasons), noun="items"))
     answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed."
     data: dict[str, Any] = {
-        **header(KIND, BATCH_SCHEMA, "Batch"),
+        **header("batch", BATCH_SCHEMA, "Batch"),
         "items": len(batch.outcomes),
         "done": len(done),
         "failed": DataSet.of_rows(reasons).records(),
@@ -47,9 +46,8 @@ def batch_document(batch: Batch) -> Document:
         "files": [],
     }
     files = (csv_file("items.csv", lambda: items_data(done, columns)),)
-    return with_file_names(
-        Document(KIND, "Batch", answer, (Section("Items", tuple(blocks)),), data, files=files)
-    )
+    sections = (Section("Items", tuple(blocks)),)
+    return complete(Document("Batch", answer, sections, data, files=files))
 
 
 def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
@@ -72,7 +70,7 @@ def items_data(completed: list[Outcome], columns: dict[str, Floats]) -> DataSet:
 def finish(batch: Batch, folder: Path) -> Document:
     """Write the files of a batch into its folder, each completely or not at all."""
     result = batch_document(batch)
-    for file in standard_files(result):
+    for file in result.files:
         with atomic_file(folder / file.name, overwrite=True) as stage:
             file.write(stage)
     return result

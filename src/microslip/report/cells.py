@@ -37,13 +37,8 @@ def percent(share: float) -> str:
 
 
 def expected(count: float) -> str:
-    """Format an expected count: a whole number from 100 on, three significant digits below."""
-    return f"{count:.0f}" if count >= 100.0 else significant(count)
-
-
-def counted(count: float) -> str:
-    """Format a count, such as a number of contacts, as a whole number."""
-    return f"{count:.0f}"
+    """Format a count, or an expected count with three significant digits below 100."""
+    return f"{count:.0f}" if count >= 100.0 or count == round(count) else significant(count)
 
 
 def decimals(value: float) -> str:
@@ -80,7 +75,6 @@ FORMS: dict[str, Callable[[Any], str]] = {
     "decimals": decimals,
     "area": area,
     "general": significant,
-    "counted": counted,
 }
 """Number formats by name, as quantities declare them."""
 
@@ -127,18 +121,12 @@ def interval_text(ends: Iterable[float | None], quantity: Quantity) -> str:
 
 
 def of_records(
-    rows: Sequence[Mapping[str, Any]], names: Iterable[str], **changed: Mapping[str, Any]
+    rows: Sequence[Mapping[str, Any]], names: Iterable[str], **changed: Quantity
 ) -> DataSet:
-    """Return the data set of entries of a summary; ``changed`` are fields of its quantities."""
-    return DataSet.of_rows(
-        {
-            name: (
-                QUANTITIES[name]._replace(**changed.get(name, {})),
-                [row.get(name) for row in rows],
-            )
-            for name in names
-        }
-    )
+    """Return the data set of entries of a summary; ``changed`` are other quantities by name."""
+    quantities = {**QUANTITIES, **changed}
+    columns = {name: (quantities[name], [row.get(name) for row in rows]) for name in names}
+    return DataSet.of_rows(columns)
 
 
 def texts(title: str, rows: Iterable[tuple[str, ...]], heads: Sequence[str] = ("", "")) -> Table:
@@ -185,8 +173,8 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
     """
     names = table.names or tuple(table.data)
     values = table.data.rows(names)
-    places = (list(table.few) if brief else []) or _rows_shown(
-        values, table.keys, min(table.most, limit or table.most)
+    places = (list(table.few) if brief else []) or evenly(
+        len(values), min(table.most, limit or table.most)
     )
     shown = [
         (place, table.data[name])
@@ -199,27 +187,6 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
     heads = [v.quantity.symbol or v.quantity.label for _, v in shown]
     words = [i for i, (_, v) in enumerate(shown) if v.values.dtype.kind not in "biuf"]
     return TextTable(labels, heads, rows, words, len(values) - len(places))
-
-
-def _rows_shown(rows: Sequence[tuple[Any, ...]], keys: int, limit: int) -> list[int]:
-    """Return the indices of ``limit`` rows or fewer, evenly spaced.
-
-    If the table has two or more key columns, equally many rows are kept for each value of the
-    first one.
-    """
-    if len(rows) <= limit:
-        return list(range(len(rows)))
-    groups: dict[Any, list[int]] = {}
-    for number, row in enumerate(rows):
-        groups.setdefault(row[0], []).append(number)
-    sizes = {len(group) for group in groups.values()}
-    if keys < 2 or len(sizes) > 1 or len(groups) == 1:
-        return evenly(len(rows), limit)
-    size = sizes.pop()
-    within = evenly(size, max(limit // min(len(groups), 10), 1))
-    among = evenly(len(groups), max(limit // len(within), 1))
-    listed = list(groups.values())
-    return [listed[group][place] for group in among for place in within]
 
 
 HEADLINES = {

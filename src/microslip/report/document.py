@@ -83,7 +83,6 @@ class File(NamedTuple):
 class Document:
     """Content of a result, from which the page, terminal output and files are written."""
 
-    kind: str  # ``kind`` in summary.json, such as "microslip-measurement"
     title: str
     answer: str  # the result in one sentence with its number
     sections: tuple[Section, ...]  # in reading order

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,51 +14,44 @@ from microslip._core.checks import Progress
 from microslip._core.dataset import DataSet
 from microslip._core.wording import ESCAPED
 from microslip._version import __version__
+from microslip.figures.picture import Picture
 from microslip.report.document import Document, File
-from microslip.report.folder import staged
+from microslip.report.html import html_page
 
 
 def header(kind: str, schema: int, title: str) -> dict[str, Any]:
     """Return the first entries of a summary.json, common to all kinds of results."""
     return {
-        "kind": kind,
+        "kind": f"microslip-{kind}",
         "schema": schema,
         "generator": {"name": "microslip", "version": __version__, "kernel": kernels.NAME},
         "title": title,
     }
 
 
-def with_file_names(
-    document: Document, kinds: Sequence[str] = ("svg",), *, page: bool = True
-) -> Document:
-    """Return the document with the names of all files in its summary.
+def complete(document: Document, kinds: Sequence[str] = ("svg",), *, page: bool = True) -> Document:
+    """Return the document with all files of its folder, which its summary names.
 
     ``kinds`` are the formats of the figures; ``page`` includes the page of the report.
     """
-    figures = (f"{picture.name}.{kind}" for picture in document.pictures for kind in kinds)
-    names = [*["report.html"] * page, *(file.name for file in document.files), *figures]
-    names.append("summary.json")
-    return replace(document, data={**document.data, "files": names})
+    files = [
+        *document.files,
+        *(
+            File(f"{picture.name}.{kind}", partial(_draw, picture, kind))
+            for picture in document.pictures
+            for kind in kinds
+        ),
+    ]
+    names = [*["report.html"] * page, *(file.name for file in files), "summary.json"]
+    document = replace(document, data={**document.data, "files": names})
+    if page:
+        files.insert(0, text_file("report.html", lambda: html_page(document)))
+    files.append(text_file("summary.json", lambda: json_text(document.data)))
+    return replace(document, files=tuple(files))
 
 
-def standard_files(document: Document) -> tuple[File, ...]:
-    """Return the files that the summary of a document names."""
-    by_name = {file.name: file for file in document.files}
-    pictures = {picture.name: picture for picture in document.pictures}
-
-    def file(name: str) -> File:
-        stem, _, kind = name.rpartition(".")
-        if name in by_name:
-            return by_name[name]
-        if name == "summary.json":
-            return text_file(name, lambda: json_text(document.data))
-        if name == "report.html":
-            from microslip.report.html import html_page
-
-            return text_file(name, lambda: html_page(document))
-        return File(name, lambda path: path.write_bytes(pictures[stem].as_bytes(kind)))
-
-    return tuple(map(file, document.data["files"]))
+def _draw(picture: Picture, kind: str, path: Path) -> None:
+    path.write_bytes(picture.as_bytes(kind))
 
 
 def text_file(name: str, text: Callable[[], str]) -> File:
@@ -103,23 +97,9 @@ def write_document(
 
     Return the document with the names of the files in its summary.
     """
-    document = with_file_names(document, kinds)
-    write_all(standard_files(document), folder, progress)
+    document = complete(document, kinds)
+    write_all(document.files, folder, progress)
     return document
-
-
-def save(
-    files: Sequence[File],
-    folder: str | Path,
-    kind: str,
-    noun: str = "result",
-    overwrite: bool = False,
-    progress: Progress | None = None,
-) -> tuple[Path, ...]:
-    """Write files into a folder, all or none; see :func:`~microslip.report.folder.staged`."""
-    with staged(Path(folder), overwrite, kind, noun) as stage:
-        write_all(files, stage, progress)
-    return tuple(Path(folder) / file.name for file in files)
 
 
 def json_text(data: Mapping[str, Any]) -> str:

@@ -31,7 +31,6 @@ class _Place(NamedTuple):
     target: Path
     name: str
     kind: str
-    noun: str
     overwrite: bool
 
     @property
@@ -40,16 +39,14 @@ class _Place(NamedTuple):
 
 
 @contextmanager
-def staged(
-    folder: Path, overwrite: bool = False, kind: str = "microslip-result", noun: str = "result"
-) -> Iterator[Path]:
+def staged(folder: Path, overwrite: bool = False, kind: str = "result") -> Iterator[Path]:
     """Context manager that yields a temporary folder, which replaces `folder` if no error occurs.
 
-    Only an earlier result of the same ``kind`` is replaced; ``noun`` names the result in messages.
+    Only an earlier result of the same ``kind`` is replaced.
     """
     name = shorten(str(folder), 200)
     target = Path(os.path.abspath(folder))  # noqa: PTH100 - resolve() would follow the links
-    place = _Place(target, name, kind, noun, overwrite)
+    place = _Place(target, name, f"microslip-{kind}", overwrite)
     _check(place)
     ancestor = next((p for p in target.parents if os.path.lexists(p)), target)
     stage = ancestor / f".microslip-{secrets.token_hex(4)}.tmp"
@@ -140,15 +137,14 @@ def _check_contents(folder: Path, place: _Place) -> None:
         return
     result_files = _files(folder, place.kind)
     if result_files is None:
-        noun = f"an {place.noun}" if place.noun[0] in "aeiou" else f"a {place.noun}"
         raise StudyError(
-            f"{name}: not replaced: it is not {noun} of microslip (summary.json missing)"
+            f"{name}: not replaced: it is not a result of this command (no such summary.json)"
         )
     foreign = [*sorted(entries - result_files - _LITTER), *odd]
     if foreign:
         raise StudyError(
-            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not part of the '
-            f"{place.noun}; move it elsewhere first"
+            f'{name}: not replaced: "{shorten(foreign[0], 60)}" in it is not part of the result; '
+            "move it elsewhere first"
         )
 
 

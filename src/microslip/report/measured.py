@@ -1,33 +1,33 @@
-"""Document and files of measured records."""
+"""Document and files of measured records, and of campaigns of several records."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, count, json_value
+from microslip._core.quantities import Quantity, count, dimensionless, json_value, named
 from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
-from microslip.laboratory import Measurement
-from microslip.laboratory.campaign import Campaign
+from microslip.laboratory import Measurement, figures
+from microslip.laboratory.campaign import NUMBERS, Campaign
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.figures import measured_loops
+from microslip.laboratory.manifest import text_of
 from microslip.laboratory.reading import ChannelNote
 from microslip.laboratory.regimes import GROSS, STICK
+from microslip.laboratory.wear import Wear
 from microslip.report import cells
-from microslip.report import measured_campaign as together
 from microslip.report.document import Block, Document, Items, Note, Section, Table
 from microslip.report.files import csv_file, header
-
-KIND = "microslip-measurement"
-"""Kind of a folder of measured records, stored in summary.json."""
 
 _CERTAIN_REGIME = 0.999
 """Probability of a regime above which it is not reported."""
@@ -57,7 +57,7 @@ def measurement_document(
     measurements = campaign.measurements
     names = [shorten(measured.name, 200) for measured in measurements]
     title = names[0] if len(names) == 1 else f"{len(names)} measured records"
-    heading = header(KIND, 1, title)
+    heading = header("measurement", 1, title)
     data = {
         **heading,
         "version": heading["generator"]["version"],
@@ -70,12 +70,12 @@ def measurement_document(
         for part in _sections(measured, adapt, len(measurements) == 1)
     ]
     last: list[Section] = []
-    rows, contradictions = together.campaign_table(campaign), campaign.contradictions()
+    rows, contradictions = campaign_table(campaign), campaign.contradictions()
     if len(measurements) > 1 or skipped or contradictions:
         parts = rows, skipped, contradictions, campaign.wear(measurements[0].confidence)
-        first, last = together.campaign_sections(*parts)
+        first, last = campaign_sections(*parts)
         sections[:0] = first
-        data["campaign"] = together.campaign_data(*parts)
+        data["campaign"] = campaign_data(*parts)
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."
@@ -91,7 +91,7 @@ def measurement_document(
     if len(measurements) > 1:
         tables.append(csv_file("campaign.csv", lambda: rows))
     answer = _answer(measurements)
-    return Document(KIND, title, answer, tuple(sections), data, (), "loops", tuple(tables))
+    return Document(title, answer, tuple(sections), data, (), "loops", tuple(tables))
 
 
 def _joules(*ends: float, digits: int = 0) -> str:
@@ -252,3 +252,132 @@ def cycles_data(measurements: Sequence[Measurement]) -> DataSet:
             columns[name] = Quantity(unit), over_records(name)
     columns["regime"] = count(""), [regime for m in measurements for regime in m.regimes]
     return DataSet.of_rows(columns)
+
+
+# -- campaigns -------------------------------------------------------------------------------------
+
+_COLUMNS_SHOWN = (
+    "amplitude",
+    "normal_load",
+    "friction_peak",
+    "friction_energy",
+    "chord_stiffness",
+    "dissipated_energy",
+    "loss_factor",
+)
+_BRIEF = ("amplitude", "normal_load", "friction_energy", "dissipated_energy", "loss_factor")
+_BRIEF_TEXTS = ("record", "specimen", "stage", "run", "cycles", "regime", "settled")
+
+
+def campaign_table(campaign: Campaign) -> DataSet:
+    """Return one row for each record: means of its cycles, then wear and confidence intervals.
+
+    A column of the manifest with the name of a measured one has "(manifest)" behind its name.
+    """
+    every, unknown = campaign.measurements, (math.nan, math.nan, math.nan)
+    likely = [measured.probability.get(measured.regime) for measured in every]
+    columns: dict[str, tuple[Quantity, Any]] = {
+        "record": (count("record"), [shorten(measured.name, 40) for measured in every]),
+        "cycles": (count("cycles"), list(map(len, every))),
+        "regime": (count("regime"), [measured.regime for measured in every]),
+        "probability": (dimensionless("probability", "3"), likely),
+    }
+    means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
+    for name, values in means.items():
+        quantity = Quantity(UNITS[name], label=LABELS[name])
+        columns[name] = quantity, [value for value, _, _ in values]
+    settled = ["yes" if measured.is_settled else "no" for measured in every]
+    columns["settled"] = count("settled"), settled
+    columns["frequency"] = Quantity("Hz"), [measured.frequency for measured in every]
+    for name, unit in (("first_cycle", "-"), ("worn_volume", "m^3")):
+        if name in campaign.columns:
+            columns[name] = Quantity(unit), campaign.columns[name]
+    for name, values in means.items():
+        for place, end in ((1, "low"), (2, "high")):
+            columns[f"{name} {end}"] = Quantity(UNITS[name]), [row[place] for row in values]
+    taken = {*columns, *(f"{name} [{quantity.unit}]" for name, (quantity, _) in columns.items())}
+    given = {
+        f"{name} (manifest)" if name in taken else name: (count(name), list(map(text_of, values)))
+        for name, values in campaign.columns.items()
+        if name not in NUMBERS
+    }
+    return DataSet.of_rows({"record": columns.pop("record"), **given, **columns})
+
+
+def _shown(data: DataSet) -> list[str]:
+    names = list(data)
+    return names[: names.index("settled") + 1]
+
+
+def campaign_sections(
+    data: DataSet,
+    skipped: Sequence[tuple[str, str]],
+    contradictions: Sequence[str],
+    wear: Wear | None,
+) -> tuple[list[Section], list[Section]]:
+    """Return two lists of sections, to be placed before and after the sections on each record."""
+    names = tuple(_shown(data))
+    hidden = tuple(name for name in names if name not in (*_BRIEF, *_BRIEF_TEXTS))
+    table = Table("Records", data, names, noun="records", hidden=hidden)
+    first = [Section("Records", (table,))]
+    if skipped:
+        texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
+        words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
+        first.append(Section("Skipped files", (words, Items(texts))))
+    if contradictions:
+        first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
+    return first, [] if wear is None else [_wear_section(wear)]
+
+
+def _wear_section(wear: Wear) -> Section:
+    parts: list[Block] = []
+    if wear.coefficient is not None:
+        # In cubic micrometres per joule, as usual in the literature.
+        value, low, high = (1e18 * end for end in wear.coefficient[:3])
+        ends = "" if math.isnan(low) else f" ({low:.3g} to {high:.3g})"
+        volumes = len(wear.records)
+        parts.append(
+            Note(
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {volumes} worn volume"
+                f"{'s' * (volumes > 1)} and the energy dissipated since the specimen was new "
+                "(Fouvry et al. 2003)."
+            )
+        )
+        plot = partial(figures.worn, wear)
+        caption = "Worn volume over dissipated energy, with the line through zero."
+        parts.append(Picture("wear", caption, plot, "Worn volume over dissipated energy"))
+    if wear.unknown:
+        parts.append(Note("Not used for the energy wear coefficient:"))
+        texts = (f"{shorten(name, 80)}: {reason}" for name, reason in wear.unknown.items())
+        parts.append(Items(tuple(texts)))
+    return Section("Wear", tuple(parts))
+
+
+def campaign_data(
+    rows: DataSet,
+    skipped: Sequence[tuple[str, str]],
+    contradictions: Sequence[str],
+    wear: Wear | None,
+) -> dict[str, Any]:
+    """Return the numbers of a campaign as plain values in SI units."""
+    data = {
+        "skipped": [{"file": name, "reason": why} for name, why in skipped],
+        "table": rows.records(_shown(rows)),
+        "contradictions": list(contradictions),
+        "wear": None if wear is None else _wear_data(wear),
+    }
+    return {key: json_value(values) for key, values in data.items()}
+
+
+def _wear_data(wear: Wear) -> dict[str, Any]:
+    coefficient = {} if wear.coefficient is None else named(wear.coefficient)
+    rows = zip(wear.records, wear.energy.tolist(), wear.volume.tolist(), strict=True)
+    return {
+        "unit": "m^3/J",
+        **coefficient,
+        "records": [
+            {"record": name, "energy": energy, "worn_volume": volume}
+            for name, energy, volume in rows
+        ],
+        "unknown": dict(wear.unknown),
+    }

@@ -18,11 +18,9 @@ from microslip.figures.plot import Panel, Plot, stacked
 from microslip.report import cells
 from microslip.report.document import Document, Items, Section, Table
 from microslip.report.files import csv_file, header
-from microslip.report.structure.fitted import MOTIONS
+from microslip.report.structure.tested import MOTIONS
 from microslip.structures import ModalTest
 
-KIND = "microslip-modal-test"
-"""Kind of a folder of modal tests, stored in summary.json."""
 _AT_SENSOR = Quantity("m", label="Amplitude at the sensor", form="3")
 _NAMES = ("amplitude", "modal_frequency", "modal_damping_ratio")
 
@@ -32,7 +30,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
     names = [shorten(test.name, 100) for test in tests]
     title = names[0] if len(names) == 1 else f"{len(names)} tests of modes"
     data = {
-        **header(KIND, 1, title),
+        **header("modal-test", 1, title),
         "tests": [
             {
                 "name": test.name,
@@ -56,7 +54,7 @@ def modal_test_document(tests: Sequence[ModalTest]) -> Document:
     )
     sections.append(Section("Curves", (picture,), brief=False))
     table = csv_file("modal_curves.csv", lambda: points_data(tests))
-    return Document(KIND, title, _answer(tests), tuple(sections), data, files=(table,))
+    return Document(title, _answer(tests), tuple(sections), data, files=(table,))
 
 
 def _answer(tests: Sequence[ModalTest]) -> str:

@@ -27,8 +27,6 @@ from microslip.report.document import (
 from microslip.report.files import csv_file, header, text_file
 from microslip.study.toml_text import dump
 
-KIND = "microslip-identification"
-"""Kind of a folder of an identified joint in summary.json."""
 _SCHEMA = 2
 
 CONFIDENCE_TEXT = f"{100.0 * CONFIDENCE:g} %"
@@ -75,7 +73,7 @@ def identification_data(outcome: Identified, adapt: cells.Wording = str) -> dict
     law = found.law
     title = f"{outcome.title}: identified" if outcome.title else "Identified joint"
     return {
-        **header(KIND, _SCHEMA, title),
+        **header("identification", _SCHEMA, title),
         "version": __version__,
         "of": found.series,
         "confidence": CONFIDENCE,
@@ -185,7 +183,6 @@ def identification_document(outcome: Identified, adapt: cells.Wording = str) -> 
     if data["notes"]:
         sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
     return Document(
-        KIND,
         data["title"],
         headline(data),
         tuple(sections),

@@ -2,54 +2,204 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from functools import partial
+from typing import Any
 
 import numpy as np
 
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
-from microslip._core.units import engineering, prefix
-from microslip.figures.kit import axis_of, common_prefix, evenly, far_apart
-from microslip.figures.picture import Picture
+from microslip._core.units import engineering
+from microslip.figures.kit import (
+    LineStyle,
+    axis_of,
+    between,
+    drawable,
+    evenly,
+    far_apart,
+    length_prefix,
+    line_style,
+    pale,
+)
 from microslip.figures.plot import (
     DASHED,
     THIN,
+    Axis,
     Floats,
     Guide,
     Panel,
     Plot,
+    Words,
     stacked,
 )
-from microslip.report.predicted.curves import (
-    add_legend,
-    amplitude_panel,
-    draw_curves,
-    drawn_loads,
-    energy_damping,
-)
-from microslip.report.predicted.history_figure import history, pressure
-from microslip.study.measured_face import MeasuredFace
+from microslip.report.predicted.numbers import driven
+from microslip.study.runs.columns import AmplitudeCurve
 from microslip.study.runs.prediction import Prediction
-from microslip.study.surfaces import TableSurface
+
+MOST_LOADS = 6
+_MOST_MARKS = 12
+
+CurveValues = Callable[[AmplitudeCurve], Floats]
+
+
+def drawn_loads(result: Prediction) -> list[tuple[int, LineStyle]]:
+    """Return the index and the line style of each load that is drawn."""
+    places = evenly(len(result.joints), MOST_LOADS)
+    return [(index, line_style(number)) for number, index in enumerate(places)]
+
+
+def add_legend(plot: Plot, result: Prediction, *, dashed: bool = False) -> Plot:
+    """Add a legend of the loads, and the title of the study."""
+    loads = drawn_loads(result)
+    left_out = len(result.joints) - len(loads)
+    plot.legend_title = "Normal load" + (f" ({left_out} more in the tables)" if left_out else "")
+    plot.legend = tuple(
+        look.entry(_label(result.joints[index]), line=dashed, marked=not dashed)
+        for index, look in loads
+    )
+    plot.title = result.study.title
+    return plot
+
+
+def amplitude_panel(
+    result: Prediction, y: Axis, note: str = "", x: Quantity = QUANTITIES["amplitude"]
+) -> Panel:
+    """Return a panel over the amplitudes of the curves, with the ordinate ``y``."""
+    curves = [result.curves[index] for index, _ in drawn_loads(result)]
+    low = min(float(curve.amplitude[0]) for curve in curves)
+    high = max(float(curve.amplitude[-1]) for curve in curves)
+    scale = length_prefix(high, low)
+    if high <= 1.01 * low:
+        low, high = low / 1.2, high * 1.2
+    ends = {"low": low / scale[0], "high": high / scale[0]}
+    return Panel(axis_of(x, scale, log=True, **ends), y, note)
+
+
+def draw_curves(panel: Panel, result: Prediction, quantity: CurveValues) -> Floats:
+    """Draw a quantity for every load: a line, and markers at the amplitudes of the loops.
+
+    Return the ordinates that can be drawn: positive ones on a logarithmic axis; a single NaN if
+    there are none.
+    """
+    loads = drawn_loads(result)
+    lines = [
+        (
+            result.curves[i].amplitude / panel.x.unit,
+            drawable(quantity(result.curves[i]), panel.y.log),
+        )
+        for i, _ in loads
+    ]
+    bands = [_band(panel, result, quantity, number) for number in range(len(loads))]
+    for number, (index, look) in enumerate(loads):
+        curve, row = result.curves[index], result.rows[index]
+        x, y = lines[number]
+        panel.line(x, y, look.color)
+        inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
+        marked = np.flatnonzero(inside)
+        if marked.size:
+            marked = marked[evenly(marked.size, _MOST_MARKS)]
+            x, y = (
+                row.amplitude[marked] / panel.x.unit,
+                drawable(quantity(row), panel.y.log)[marked],
+            )
+        else:  # markers distinguish loads in greyscale
+            places = evenly(x.size, 7)
+            x, y = x[places], y[places]
+        panel.marks(x, y, look.color, marker=look.marker)
+    drawn = np.concatenate([*(line[1] for line in lines), *bands])
+    finite = drawn[np.isfinite(drawn)]
+    return finite if finite.size else np.array([np.nan])
+
+
+def _band(panel: Panel, result: Prediction, quantity: CurveValues, number: int) -> Floats:
+    """Shade the range between the outermost quantiles at load ``number``; return its ordinates."""
+    scatter = result.scatter
+    index, look = drawn_loads(result)[number]
+    if scatter is None:
+        return np.zeros(0)
+    curve = result.curves[index]
+    edges = [
+        drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
+        for end in (0, scatter.quantiles.size - 1)
+    ]
+    area = between(curve.amplitude / panel.x.unit, edges[0], edges[1], pale(look.color))
+    panel.items.insert(0, area)
+    return area.y
+
+
+def _label(joint: Any) -> str:
+    if not hasattr(joint, "normal_load"):
+        return type(joint).__name__
+    return engineering(joint.normal_load, "N", trim=True)
+
+
+MOST_EXPONENT = 6.0
+
+
+def energy_damping(result: Prediction) -> Plot:
+    """Plot energy, loss factor, damping ratio and energy exponent against displacement."""
+    panels = [_energy(result), _damping(result), _exponent(result)]
+    return add_legend(stacked(panels, 8.9, (3.0, 2.0, 1.3)), result)
+
+
+def _energy(result: Prediction) -> Panel:
+    panel = amplitude_panel(result, axis_of(QUANTITIES["dissipated_energy"], log=True))
+    energies = draw_curves(panel, result, lambda curve: curve.dissipated_energy)
+    if np.isfinite(energies).any():
+        panel.y.low, panel.y.high = float(energies.min()) / 5.0, float(energies.max()) * 10.0
+    return panel
+
+
+def _damping(result: Prediction) -> Panel:
+    # Logarithmic like the energy, because loss factors are small in the usual range.
+    panel = amplitude_panel(result, axis_of(QUANTITIES["loss_factor"], log=True))
+    top = 4.0 / math.pi
+    factors = draw_curves(panel, result, lambda curve: curve.loss_factor)
+    largest, smallest = 1.0, 0.1
+    if np.isfinite(factors).any():
+        largest, smallest = float(factors.max()), float(factors.min())
+    text = "full sliding (rigid–plastic): η = 4/π, ζ = 2/π"
+    if largest > 0.1 * top:
+        panel.items.insert(0, Guide(top))
+        panel.y.high = 4.0 * max(top, largest)
+    else:
+        text += ", above this scale"
+        panel.y.high = 4.0 * largest
+    panel.y.low = max(0.5 * smallest, 1e-5 * panel.y.high)
+    panel.add(Words(0.012, 0.98, text))
+    return panel
+
+
+def _exponent(result: Prediction) -> Panel:
+    panel = amplitude_panel(result, axis_of(dimensionless("Exponent\nd ln E / d ln δ")))
+    panel.add(Guide(3.0), Guide(1.0))
+    values = draw_curves(panel, result, lambda curve: curve.dissipation_exponent)
+    lowest, highest = 1.0, 3.0
+    if np.isfinite(values).any():
+        lowest, highest = float(values.min()), float(values.max())
+    panel.y.low = max(0.0, min(lowest, 1.0) - 0.3)
+    panel.y.high = min(max(highest, 3.0) + 0.3, MOST_EXPONENT)
+    return panel
+
+
+# -- loops -----------------------------------------------------------------------------------------
 
 MOST_LOOP_PANELS = 6
 
 
-# -- loops ---------------------------------------------------------------------------------------
+# -- loops -----------------------------------------------------------------------------------------
 
 
 def loops(result: Prediction) -> Plot:
     """Plot hysteresis loops, one panel for each amplitude, one loop for each load."""
     indices = evenly(len(result.rows[0].amplitude), MOST_LOOP_PANELS)
     columns = 1 if len(indices) == 1 else 2 if len(indices) <= 4 else 3
-    largest_x = max(float(row.amplitude[indices].max()) for row in result.rows)
-    largest_y = max(float(row.force_amplitude[indices].max()) for row in result.rows)
     # Loops of very different size are drawn relative to their amplitudes, in all panels.
     loads = drawn_loads(result)
     over_amplitude = any(
         far_apart([float(result.rows[i].amplitude[index]) for i, _ in loads]) for index in indices
     )
-    panels = [_loops_at(result, i, (largest_x, largest_y), over_amplitude) for i in indices]
+    panels = [_loops_at(result, i, over_amplitude) for i in indices]
     for number, panel in enumerate(panels):
         row, column = divmod(number, columns)
         panel.cell = (row, row, column, column)
@@ -59,28 +209,24 @@ def loops(result: Prediction) -> Plot:
     return add_legend(plot, result, dashed=True)
 
 
-def _loops_at(
-    result: Prediction, index: int, largest: tuple[float, float], over_amplitude: bool
-) -> Panel:
+def _loops_at(result: Prediction, index: int, over_amplitude: bool) -> Panel:
     # No markers, which would look like measured points.
     loads = drawn_loads(result)
     amplitudes = [float(result.rows[i].amplitude[index]) for i, _ in loads]
     limits = [result.joints[i].force_limit for i, _ in loads]
     forces = [float(result.rows[i].force_amplitude[index]) for i, _ in loads]
-    by_force = result.study.excitation.force_amplitudes is not None
+    by = driven(result)
     # Likewise for very different force limits.
-    over_limit = far_apart(limits) and not by_force
-    x_scale = _prefix(max(amplitudes), largest[0], min(1e-9, largest[0]))
-    x = axis_of(QUANTITIES["displacement"], x_scale)
-    y = axis_of(QUANTITIES["force"], _prefix(max(forces), largest[1]))
+    over_limit = far_apart(limits) and by == "amplitude"
+    x = axis_of(QUANTITIES["displacement"], max(amplitudes))
+    y = axis_of(QUANTITIES["force"], max(forces))
     if over_amplitude:
         x = axis_of(dimensionless("Displacement over amplitude δ/δₘ"))
     if over_limit:
         y = axis_of(dimensionless("Force over force limit T/μN"))
-    note = f"Amplitude {amplitudes[0] / x_scale[0]:.6g} {x_scale[1]}m"
-    if by_force:
-        note = f"Force amplitude {engineering(forces[0], 'N', 6, trim=True)}"
-    panel = Panel(x, y, note)
+    given = (forces if by == "force_amplitude" else amplitudes)[0]
+    amplitude_text = engineering(given, QUANTITIES[by].unit, 6, trim=True)
+    panel = Panel(x, y, f"{QUANTITIES[by].label} {amplitude_text}")
     for (i, look), amplitude, limit in zip(loads, amplitudes, limits, strict=True):
         loop = result.loops[i][index]
         across = loop.displacement / (amplitude if over_amplitude else x.unit)
@@ -100,18 +246,7 @@ def _loop_bands(result: Prediction, load: int, index: int) -> list[Floats]:
     return [band[0, load, index], band[-1, load, index]]
 
 
-def _prefix(value: float, largest: float, smallest: float = 0.0) -> tuple[float, str]:
-    """Return factor and letter of the unit prefix for one panel.
-
-    The prefix is that for ``largest``, the maximum of all panels, unless ``value``, the maximum of
-    this panel, is then a number below 0.1. In that case the prefix is that for the larger of
-    ``value`` and ``smallest``.
-    """
-    unit, letter = prefix(largest)
-    return (unit, letter) if value >= 0.0999 * unit else prefix(max(value, smallest))
-
-
-# -- first loading -------------------------------------------------------------------------------
+# -- first loading ---------------------------------------------------------------------------------
 
 
 def backbone(result: Prediction) -> Plot:
@@ -125,7 +260,7 @@ def _force(result: Prediction) -> Panel:
     limits = [result.joints[i].force_limit for i, _ in loads]
     panel = amplitude_panel(
         result,
-        axis_of(QUANTITIES["force"], common_prefix(limits), log=True),
+        axis_of(QUANTITIES["force"], max(limits), log=True),
         "dashed: full stick, T = kₜ δ, and gross slip, T = μN",
         QUANTITIES["displacement"],
     )
@@ -152,13 +287,14 @@ def _stiffness(result: Prediction) -> Panel:
         else float(result.curves[i].secant_stiffness[0])
         for i, _ in loads
     ]
-    unit, letter = common_prefix(at_rest)
+    stiffness = axis_of(Quantity("N/m", label="Stiffness"), max(at_rest))
+    unit = stiffness.unit
     log = far_apart(at_rest)
     low, high = (1e-3 * min(at_rest), 3.0 * max(at_rest)) if log else (0.0, 1.08 * max(at_rest))
-    ends = {"low": low / unit, "high": high / unit}
+    stiffness.log, stiffness.low, stiffness.high = log, low / unit, high / unit
     panel = amplitude_panel(
         result,
-        axis_of(Quantity("N/m", label="Stiffness"), (unit, letter), log=log, **ends),
+        stiffness,
         "solid: tangent dT/dδ, dashed: secant T/δ",
         QUANTITIES["displacement"],
     )
@@ -170,7 +306,7 @@ def _stiffness(result: Prediction) -> Panel:
     return panel
 
 
-# -- contact ------------------------------------------------------------------------------------
+# -- contact ---------------------------------------------------------------------------------------
 
 
 def contact_state(result: Prediction) -> Plot:
@@ -187,81 +323,3 @@ def face(result: Prediction) -> Plot:
     from microslip.study.build import build_surface
 
     return face_plot(build_surface(result.study))
-
-
-def _drawn(result: Prediction) -> dict[Callable[[Prediction], Plot], bool]:
-    """Return every figure in reading order, and whether it is drawn for a result."""
-    study = result.study
-    # A tabulated normal law has no contacts.
-    has_contacts = study.surface is not None and not isinstance(study.surface, TableSurface)
-    is_pressed = has_contacts and study.joint.pressure is not None
-    alone = study.reports_joint
-    return {
-        **dict.fromkeys((loops, backbone, energy_damping), alone),
-        contact_state: has_contacts and not is_pressed and alone,
-        pressure: is_pressed,
-        history: bool(result.histories),
-        face: isinstance(study.surface, MeasuredFace),
-    }
-
-
-def prediction_pictures(result: Prediction) -> tuple[Picture, ...]:
-    """Return the figures of a result, in reading order."""
-    pictures = []
-    for figure, is_drawn in _drawn(result).items():
-        if not is_drawn:
-            continue
-        name = figure.__name__
-        alternative, caption = _CAPTIONS[name]
-        if result.scatter is not None:
-            between = " to ".join(f"{100.0 * end:g}" for end in result.scatter.quantiles[[0, -1]])
-            edges = "Dashed" if name == "loops" else "Shaded"
-            if name in ("loops", "backbone", "energy_damping", "contact_state"):
-                of = "uncertain inputs" if result.scatter.inputs else "identified law"
-                caption += f" {edges}: the {between} % band of the {of}."
-        pictures.append(Picture(name, caption, partial(figure, result), alternative))
-    return tuple(pictures)
-
-
-_PANELS = "one panel for each amplitude and one loop for each load"
-_CAPTIONS = {
-    "loops": (
-        "Hysteresis loops, force against displacement",
-        f"Closed hysteresis loops, {_PANELS}. Thin "
-        "and pointed: most contacts stick (microslip). A parallelogram with flat ends: gross slip. "
-        "The area is the energy dissipated per cycle.",
-    ),
-    "backbone": (
-        "Force and stiffness of first loading against displacement",
-        "First loading from rest (the backbone), which determines every loop: its initial slope "
-        "is kₜ, and it ends at the force limit μN. Below, the tangent stiffness and the secant "
-        "stiffness, which is the stiffness of an equivalent linear joint at that amplitude.",
-    ),
-    "energy_damping": (
-        "Dissipated energy, loss factor and exponent against displacement amplitude",
-        "Energy dissipated per cycle, loss factor η with damping ratio ζ = η/2, and local exponent "
-        "of the energy, against the displacement amplitude; markers are the loops. The exponent "
-        "is 3 in the microslip of a smooth backbone and 1 in gross slip.",
-    ),
-    "contact_state": (
-        "Sticking fraction of the contact area against displacement",
-        "Fraction of the contact area that sticks after a displacement from rest.",
-    ),
-    "face": (
-        "Pressures and contacts on a piece of the face, and its loads against the separation",
-        "Point-by-point solution of the face: pressures on its first piece at the tightening load, "
-        "contacts at this and two lighter loads, and mean pressure against separation; the pieces "
-        "of the scan lie within the grey band.",
-    ),
-    "pressure": (
-        "Pressure over the faces, and local force over the local slip limit",
-        "Distribution of the normal load over the faces; below, the local force over the local "
-        "slip limit after a displacement from rest: regions of low pressure slide first, and "
-        "slip spreads from there as the displacement grows.",
-    ),
-    "history": (
-        "Displacement, force and dissipated energy along the history, and its path",
-        "Response to the given history from rest: displacement, force and cumulative dissipated "
-        "energy, and force against displacement.",
-    ),
-}

@@ -8,10 +8,11 @@ import numpy as np
 
 from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip._core.units import engineering
-from microslip.figures.kit import axis_of, common_prefix, envelope, evenly, far_apart, line_style
+from microslip.figures.kit import axis_of, envelope, evenly, far_apart, line_style
 from microslip.figures.plot import GREY, THIN, WIDTH, Axis, Entry, Floats, Panel, Plot
 from microslip.friction import PressedJoint
-from microslip.report.predicted.curves import add_legend, drawn_loads
+from microslip.report.predicted.figures import add_legend, drawn_loads
+from microslip.report.predicted.tables import TOTAL_ENERGY
 from microslip.study.runs.prediction import Prediction
 
 MOST_DRAWN_SAMPLES = 20_000
@@ -19,7 +20,7 @@ MOST_DRAWN_SAMPLES = 20_000
 _QUANTITIES = {
     "displacement": QUANTITIES["displacement"],
     "force": QUANTITIES["force"],
-    "dissipated_energy": Quantity("J", label="Dissipated energy"),
+    "dissipated_energy": TOTAL_ENERGY,
 }
 _THIN_FROM = 3000
 
@@ -101,9 +102,9 @@ def pressure(result: Prediction) -> Plot:
     ]
     first = joints[0][0]
     places, axis = _places(first)
-    scale = common_prefix([float(joint.pressures.max()) for joint, _ in joints])
-    unit = scale[0]
-    over = Panel(axis, axis_of(Quantity("Pa", label="Pressure"), scale, low=0.0))
+    largest = max(float(joint.pressures.max()) for joint, _ in joints)
+    over = Panel(axis, axis_of(Quantity("Pa", label="Pressure"), largest, low=0.0))
+    unit = over.y.unit
     for joint, look in joints:
         over.line(*_by_position(places, joint.pressures / unit), look.color, dash=look.dash)
         if joint.pressure.areas.size <= 1:

@@ -27,7 +27,6 @@ from microslip.study.runs.rest import joint_entry
 from microslip.study.runs.structure_cost import cost_of
 from microslip.study.uncertain import Spread
 
-KIND = "microslip-check"
 MOST_ITEMS = 4
 _WORDS = {
     "outside": "Some assumptions of the model are violated; the study can still be run.",
@@ -46,7 +45,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     points = 0 if excitation.curve is None else excitation.curve.points
     samples = len(excitation.history.values) if excitation.history else 0
     data: dict[str, Any] = {
-        "kind": KIND,
+        "kind": "microslip-check",
         "generator": {"name": "microslip", "version": __version__},
         "title": study.title,
         "study": study.plain(),
@@ -66,20 +65,17 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
     cost = None if study.structure is None else cost_of(study)
     if cost is not None:
         data["structure"] = cost
-    law = (study.joint if study.surface is None else study.surface).law
     numbers = data["quantities"]
     sections = [
         *(() if cost is None else [Section("Structure", (_size(cost),))]),
         *([Section("Quantities", (quantity_table(numbers),))] if numbers else []),
         # In a structure the patches, not the surface, have areas, and there is no single joint.
-        *(() if cost is not None else [rest_section(data["joints"], law)]),
+        *(() if cost is not None else [rest_section(data["joints"])]),
         Section("Validity", (validity_verdicts(study, joints),)),
     ]
     if data["notes"]:
         sections.append(Section("Notes", (Items(tuple(data["notes"])),)))
-    return Document(
-        KIND, study.title or "Joint", "", tuple(sections), data, tuple(data["questions"])
-    )
+    return Document(study.title or "Joint", "", tuple(sections), data, tuple(data["questions"]))
 
 
 def _size(cost: dict[str, Any]) -> Table:

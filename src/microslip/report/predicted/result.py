@@ -21,15 +21,19 @@ from microslip._core.errors import InputError
 from microslip._version import __version__
 from microslip.report.document import Document, File
 from microslip.report.files import (
+    complete,
     csv_file,
-    save,
-    standard_files,
     text_file,
-    with_file_names,
+    write_all,
 )
-from microslip.report.predicted.data import data_set, tables
+from microslip.report.folder import staged
 from microslip.report.predicted.document import prediction_document
-from microslip.report.predicted.numbers import KIND, SUMMARY_SCHEMA, prediction_summary
+from microslip.report.predicted.numbers import (
+    SUMMARY_SCHEMA,
+    data_set,
+    prediction_summary,
+    tables,
+)
 from microslip.report.structure.driven import forced_tables
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
@@ -58,7 +62,7 @@ def result_document(result: Result, folder: Path) -> Document:
             files.append(csv_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
     document = replace(prediction_document(result), files=tuple(files))
     kinds = [kind for kind in ("svg", "png", "pdf") if kind in output.formats]
-    return with_file_names(document, kinds, page=output.report)
+    return complete(document, kinds, page=output.report)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,7 +97,7 @@ class Result(Prediction):
         """All results by name with their dimensions, units and meanings, as in `result.nc`."""
         texts = {
             "title": self.study.title,
-            "kind": KIND,
+            "kind": self.summary["kind"],
             "source": f"microslip {__version__}",
             "kernel": kernels.NAME,
             "study": self.study.text,
@@ -129,8 +133,11 @@ class Result(Prediction):
         tuple of pathlib.Path
             The files written.
         """
-        files = standard_files(result_document(self, Path(folder)))
-        return save(files, folder, KIND, "result", overwrite, progress)
+        folder = Path(folder)
+        with staged(folder, overwrite) as stage:
+            files = result_document(self, folder).files
+            write_all(files, stage, progress)
+        return tuple(folder / file.name for file in files)
 
     def plot(self, name: str = "loops", ax: Any = None, *, title: bool = False) -> Any:
         """Draw one of the figures of the report; axis labels name their units, such as [N].

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -12,12 +15,14 @@ import numpy as np
 
 from microslip._core.dataset import DataSet
 from microslip._core.errors import InputError
+from microslip._core.files import relative_path
 from microslip._core.parameters import parameters_of
 from microslip._core.quantities import Quantity, json_value, named
 from microslip._core.units import SMALLEST, engineering, significant
 from microslip._core.verdicts import Remark
 from microslip._core.wording import capital
 from microslip._version import __version__
+from microslip.contact.figures import face_plot
 from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import (
@@ -29,10 +34,10 @@ from microslip.report.document import (
     Verdicts,
 )
 from microslip.report.files import csv_file, header, text_file
-from microslip.report.scanned import joint_section
 from microslip.report.scanned.height_pictures import height_plot, spectrum_plot
-from microslip.report.scanned.study_file import STUDY_NAME, face_study_text
-from microslip.surfaces.findings import Findings
+from microslip.study.toml_text import dump
+from microslip.surfaces.findings import Findings, Request
+from microslip.surfaces.joints import FaceJoint, contact_words
 from microslip.surfaces.summits import Summits
 from microslip.surfaces.surface_parameters import (
     ArealParameters,
@@ -41,8 +46,6 @@ from microslip.surfaces.surface_parameters import (
     profile_parameters,
 )
 
-KIND = "microslip-surface"
-"""Kind of a folder of a measured scan, stored in summary.json."""
 _NO_CUTOFF = "none: limited by the pixel"
 NOT_GIVEN = (
     "No short-wave cut-off was given, so the results depend on the pixel. Choose a cut-off of "
@@ -79,7 +82,7 @@ def scan_document(
     data = scan_summary(findings, remarks)
     sections = [
         Section("Heights", _parameters(findings, data), brief=False),
-        *joint_section.joint_sections(findings, adapt),
+        *joint_sections(findings, adapt),
         Section("Statistics of the chapter's model", _summits(findings, data)),
         Section("Figures", _pictures(findings), brief=False),
         Section("Validity", (Verdicts(findings.verdicts, short=True),)),
@@ -92,7 +95,7 @@ def scan_document(
         files.append(text_file(STUDY_NAME, lambda: text))
     sections.append(Section("Reading of the file", (Items(tuple(map(adapt, notes))),), brief=False))
     return Document(
-        KIND, findings.raw.name, _answer(findings), tuple(sections), data, remarks,
+        findings.raw.name, _answer(findings), tuple(sections), data, remarks,
         "heights", tuple(files),
     )  # fmt: skip
 
@@ -102,7 +105,7 @@ def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]
     request, scan, summits = findings.request, findings.scan, findings.summits
     statistics = findings.summit_statistics
     return {
-        **header(KIND, 2, findings.raw.name),
+        **header("surface", 2, findings.raw.name),
         "version": __version__,
         "name": findings.raw.name,
         **named(request, "cutoff", "cutoff_given", "long_cutoff"),
@@ -119,7 +122,7 @@ def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]
         "summits": None if statistics is None else json_value(named(statistics, *_SUMMITS)),
         "count": None if summits is None else summits.count,
         "prominence": None if summits is None else summits.threshold,
-        "joint": joint_section.summary(findings),
+        "joint": summary(findings),
         "validity": [json_value(verdict._asdict()) for verdict in findings.verdicts],
         "notes": list(scan.notes if summits is None else summits.notes),
         "files": [],
@@ -181,7 +184,7 @@ def _size_text(findings: Findings) -> str:
     return f"{points} points, pixel {pixel}, {size}{lost}"
 
 
-# -- tables ---------------------------------------------------------------------------------------
+# -- tables ----------------------------------------------------------------------------------------
 
 
 def _parameters(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
@@ -219,7 +222,7 @@ def _summits(findings: Findings, data: dict[str, Any]) -> tuple[Block, ...]:
     rows = tuple(
         (label, _written(data["summits"][name], unit)) for name, (label, unit) in _SUMMITS.items()
     )
-    rows += tuple(joint_section.chapter_rows(findings))
+    rows += tuple(chapter_rows(findings))
     head = "summits by the moments of the profile"
     if findings.summits is not None:
         head = f"{findings.summits.count} summits"
@@ -236,7 +239,7 @@ def _written(value: float | None, unit: str) -> str:
     return engineering(value, unit) if unit == "m" else f"{significant(value)} {unit}".rstrip()
 
 
-# -- pictures and rows of files -------------------------------------------------------------------
+# -- pictures and rows of files --------------------------------------------------------------------
 
 
 def _pictures(findings: Findings) -> tuple[Picture, ...]:
@@ -265,7 +268,7 @@ def _pictures(findings: Findings) -> tuple[Picture, ...]:
             partial(spectrum_plot, findings),
             "Power spectrum against wavelength, radial and along both axes",
         ),
-        *joint_section.joint_pictures(findings),
+        *joint_pictures(findings),
     )
 
 
@@ -297,3 +300,163 @@ def summits_data(summits: Summits) -> DataSet:
     units |= {"curvature_1": "1/m", "curvature_2": "1/m", "prominence": "m"}
     pairs = zip(map(Quantity, units.values()), columns[order].T, strict=True)
     return DataSet.of_rows(dict(zip(units, pairs, strict=True)))
+
+
+# -- the joint under a load ------------------------------------------------------------------------
+
+_QUANTITIES = {
+    "normal_stiffness": Quantity("N/m", label="normal stiffness k_n", form="3"),
+    "first_loading_stiffness": Quantity("N/m", label="normal stiffness on first loading", form="3"),
+    "tangential_stiffness": Quantity("N/m", label="tangential stiffness k_t", form="3"),
+    "loss_factor": Quantity("-", label="loss factor η", form=".3g"),
+}
+
+
+def joint_sections(findings: Findings, adapt: cells.Wording = str) -> list[Section]:
+    """Return the section on the joint; empty if no joint was requested."""
+    face = findings.face
+    if face is None:
+        return []
+    intervals, unknown = face.intervals, (None, None)
+    values = {**face.values, "first_loading_stiffness": face.first_loading_stiffness}
+    columns = {}
+    for name, quantity in _QUANTITIES.items():
+        if name == "loss_factor":
+            at = f"{quantity.label} at {engineering(face.amplitude, 'm')}"
+            quantity = quantity._replace(label=at)
+        columns[name] = quantity, [values[name], *(intervals.get(name) or unknown)]
+    heads = ("of the face", "value (90 % interval)")
+    table = cells.by_quantity("", DataSet.of_rows(columns), heads)
+    title = f"The joint at {engineering(face.joint.normal_load, 'N', 4)}"
+    notes = [
+        f"The face is solved point by point: {contact_words(face.law.numbers)}.",
+        "k_n is that of unloading, as ultrasound measures it; a load-deflection test measures that "
+        "on first loading.",
+        "The interval includes the scatter between pieces of the scan and the effect of the pixel, "
+        "but not the uncertainty of load, hardness and friction coefficient."
+        if intervals
+        else "No interval: the scan is too small to be divided into pieces.",
+    ]
+    unresolved = face.unresolved_amplitude
+    if unresolved is not None:
+        notes.append(
+            "The scan does not determine the damping of cycles up to "
+            f"{engineering(unresolved, 'm')} in amplitude: their energy changes by 25 % or more "
+            "if the pixel is doubled."
+        )
+    return [Section(title, (table, *(Note(adapt(n)) for n in notes)))]
+
+
+def chapter_rows(findings: Findings) -> list[tuple[str, str]]:
+    """Return a table row: normal stiffness of the summit model, and that solved point by point.
+
+    The summit model is that of chapter 19 of *The Mechanics of Jointed Structures* (Springer,
+    2018).
+    """
+    face, chapter = findings.face, findings.chapter
+    if face is None or chapter is None:
+        return []
+    own = engineering(chapter.normal_stiffness, "N/m", 3)
+    measured = engineering(face.values["normal_stiffness"], "N/m", 3)
+    return [("normal stiffness (the measured face)", f"{own} ({measured})")]
+
+
+def summary(findings: Findings) -> dict[str, Any] | None:
+    """Return the numbers of the joint as plain values; None if no joint was requested."""
+    face = findings.face
+    if face is None:
+        return None
+    chapter = findings.chapter
+    data: dict[str, Any] = {
+        "materials": findings.request.materials,
+        **named(findings.request, "normal_load", "friction_coefficient"),
+        "area": face.law.area,
+        "amplitude": face.amplitude,
+        **face.values,
+        "first_loading_stiffness": face.first_loading_stiffness,
+        "intervals": face.intervals,
+        "unresolved_amplitude": face.unresolved_amplitude,
+        "face": asdict(face.law.numbers),
+        "chapter_normal_stiffness": None if chapter is None else chapter.normal_stiffness,
+    }
+    return {key: json_value(value) for key, value in data.items()}
+
+
+def joint_pictures(findings: Findings) -> tuple[Picture, ...]:
+    """Return the figure of the face solved point by point; empty if no joint was requested."""
+    if findings.face is None:
+        return ()
+    law = findings.face.law
+    which = "" if law.numbers.pieces == 1 else f" on the first of {law.numbers.pieces} pieces"
+    return (
+        Picture(
+            "contact",
+            f"Point-by-point solution of the face: pressures{which} under the load, contacts under "
+            "this and two lighter loads, and load against separation.",
+            lambda: face_plot(law),
+            "Pressures, contacts and loads of the scan solved point by point",
+        ),
+    )
+
+
+# -- the joint as a study --------------------------------------------------------------------------
+
+STUDY_NAME = "study.toml"
+
+
+def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
+    """Return a study of the face solved point by point; paths in it are relative to ``folder``."""
+    request = findings.request
+    tables = {
+        "surface": _surface(findings, face, folder),
+        "joint": {
+            "friction_coefficient": request.friction_coefficient,
+            "normal_load": engineering(face.joint.normal_load, "N", 9, trim=True),
+        },
+        "excitation": {"amplitudes": [_length(face.amplitude)]},
+    }
+    head = [
+        f"# A joint of {findings.raw.name}, written by microslip surface:",
+        f"#   microslip predict {STUDY_NAME}",
+    ]
+    if face.unresolved_amplitude is not None:
+        head.append(
+            "# The scan does not determine the damping of cycles up to "
+            f"{engineering(face.unresolved_amplitude, 'm')} in amplitude."
+        )
+    study = {"schema": 1, "title": findings.raw.name, **tables}
+    return "\n".join(head) + f"\n{dump(study)}"
+
+
+def _surface(findings: Findings, face: FaceJoint, folder: Path) -> dict[str, Any]:
+    request = findings.request
+    path = request.path
+    keys: dict[str, Any] = {
+        "law": "face",
+        "materials": list(request.materials or ()),
+        "scan": os.fspath(path) if path.is_absolute() else relative_path(folder, path),
+        "level": findings.level or "none",
+        **_lengths(request, "cutoff", "long_cutoff", "crop"),
+        "tightening_pressure": engineering(face.law.numbers.pressure, "Pa", 6, trim=True),
+        "piece": face.piece or "none",
+        "area": f"{face.law.area * 1e4:.6g} cm^2",
+    }
+    if request.direction is not None:
+        keys["direction"] = f"{math.degrees(request.direction):.6g} deg"
+    return keys | {key: _read(value) for key, value in request.reading.items() if value != ()}
+
+
+def _lengths(request: Request, *names: str) -> dict[str, Any]:
+    values = {name: getattr(request, name) for name in names}
+    return {name: _read(value) for name, value in values.items() if value is not None}
+
+
+def _read(value: Any) -> Any:
+    """Format an option of the scan as TOML: lengths with unit, several values as a list."""
+    if isinstance(value, tuple):
+        return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
+    return _length(value) if isinstance(value, float) else value
+
+
+def _length(value: float) -> str:
+    return engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u")

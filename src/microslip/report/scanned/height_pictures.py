@@ -33,7 +33,6 @@ from microslip.figures.plot import (
     Panel,
     Pixels,
     Plot,
-    beside,
 )
 from microslip.surfaces.figures import HEIGHT, SHARE, trace_figure
 from microslip.surfaces.findings import Findings
@@ -172,7 +171,10 @@ def spectrum_plot(findings: Findings) -> Plot:
     ]
     if bounds:
         legend.append(Entry(f"cut-off{'s' * (len(bounds) > 1)}: {', '.join(bounds)}", EDGE))
-    return beside(panels, 4.1, findings.title("Power spectrum"), legend)
+    for column, panel in enumerate(panels):
+        panel.cell = (0, 0, column, column)
+    widths = (1.0,) * len(panels)
+    return Plot(panels, 4.1, findings.title("Power spectrum"), widths=widths, legend=tuple(legend))
 
 
 def _line(

@@ -1,15 +1,19 @@
-"""Data set of a bolted structure: curves of its modes, and results of each contact patch.
+"""Data of a bolted structure: curves of its modes, results of each contact patch, forces of bolts.
 
 Patches are the areas into which the model divides the contact faces.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet, Variable
 from microslip._core.quantities import QUANTITIES, Quantity
+from microslip._core.units import engineering
+from microslip.structures.bolt_tightening import BoltForces, tension_band
 from microslip.study.runs.structure_prediction import Mode, StructurePrediction
 
 AMPLITUDE, PATCH = "structure_amplitude", "patch"
@@ -71,3 +75,36 @@ def structure_arrays(prediction: StructurePrediction) -> DataSet:
 
 def _named(dims: tuple[str, ...], values: Floats, unit: str, meaning: str) -> Variable:
     return Variable(dims, np.ascontiguousarray(values), Quantity(unit, meaning))
+
+
+# -- bolts -----------------------------------------------------------------------------------------
+
+
+def force_rows(forces: BoltForces | None) -> list[tuple[str, str]]:
+    """Return rows on the forces of a bolt, from tightening to service; none if they are unknown."""
+    if forces is None:
+        return []
+    low, high = tension_band(forces.tightening_factor)
+    tightened = engineering(forces.assembly, "N", 4)
+    if high > low:
+        ends = " to ".join(engineering(end * forces.assembly, "N", 4) for end in (low, high))
+        tightened += f", {ends} by a tightening factor of {forces.tightening_factor:g}"
+    rows = [("Tension after tightening", tightened)]
+    if forces.utilisation is not None:
+        rows.append(("Stress of tightening", f"{forces.utilisation:.2f} of the proof stress"))
+    if forces.embedding:
+        lost = f"{engineering(forces.loss, 'N', 3)} at an embedding of"
+        rows.append(("Lost after tightening", f"{lost} {engineering(forces.embedding, 'm', 3)}"))
+    if forces.clamping != forces.assembly:
+        left = engineering(forces.clamping, "N", 4)
+        if high > low:
+            left += ", " + " to ".join(engineering(end, "N", 4) for end in forces.ends)
+        rows.append(("Clamp force between the plates, per bolt", left))
+    return rows
+
+
+def force_numbers(forces: BoltForces | None) -> dict[str, Any] | None:
+    """Return the forces of a bolt as plain values in SI units."""
+    if forces is None:
+        return None
+    return {**vars(forces), "clamping": forces.clamping, "clamping_range": list(forces.ends)}

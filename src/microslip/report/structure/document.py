@@ -16,15 +16,13 @@ from microslip.figures.kit import evenly
 from microslip.figures.picture import Picture
 from microslip.report import cells
 from microslip.report.document import Block, Note, Section, Table
-from microslip.report.structure.bolts import force_numbers, force_rows
-from microslip.report.structure.data import curves
+from microslip.report.structure.data import curves, force_numbers, force_rows
 from microslip.report.structure.driven import (
     FORCED_FIGURE,
     force_plot,
     force_section,
     response_numbers,
 )
-from microslip.report.structure.fitted import fitted_numbers, fitted_section
 from microslip.report.structure.judged import structure_verdicts
 from microslip.report.structure.pictures import (
     curve_plot,
@@ -33,7 +31,12 @@ from microslip.report.structure.pictures import (
     shape_plot,
     slip_plot,
 )
-from microslip.report.structure.tested import tested_numbers, tested_sections
+from microslip.report.structure.tested import (
+    fitted_numbers,
+    fitted_section,
+    tested_numbers,
+    tested_sections,
+)
 from microslip.structures import Convergence
 from microslip.structures.modal_curve import Resonance
 from microslip.study.runs.structure_prediction import Mode, ModeBands, StructurePrediction

@@ -12,7 +12,6 @@ from microslip._core.quantities import QUANTITIES, Quantity, dimensionless
 from microslip.figures.kit import (
     axis_of,
     between,
-    box,
     line_style,
     pale,
     scale_of_colours,
@@ -158,7 +157,8 @@ def _maps(prediction: StructurePrediction, maps: list[tuple[str, Floats]], colou
             cell=(row, row, 0, 0),
         )
         for (x0, x1, y0, y1), value in zip(boxes[here], values[here], strict=True):
-            panel.add(box(x0, x1, y0, y1, _blend(min(max(value / largest, 0.0), 1.0))))
+            color = _blend(min(max(value / largest, 0.0), 1.0))
+            panel.add(Area(np.array([x0, x1, x1, x0]), np.array([y0, y0, y1, y1]), color))
         for x, y, diameter, number in prediction.part.holes:
             if number == contact:
                 circle = 500.0 * diameter * np.array([np.cos(turn), np.sin(turn)])

@@ -23,53 +23,6 @@ needs_compiler = pytest.mark.skipif(
 )
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-O2")
 
-DRIVER = """
-long NAME_run(const double *x, double *force, double *stiffness, double *told, long n)
-{
-    NAME_state s, other;
-    long limited = 0;
-    NAME_start(&s);
-    for (long i = 0; i < n; i++) {
-        NAME_try(&s, 2.0 * x[n - 1 - i], NULL, NULL); /* a trial that is thrown away */
-        if (i % 3 == 0) NAME_rollback(&s);
-        if (NAME_try(&s, x[i], &force[i], &stiffness[i]) == NAME_LIMITED) limited++;
-        NAME_copy(&s, &other);
-        NAME_commit(i % 2 ? &s : &other);
-        if (i % 2 == 0) NAME_copy(&other, &s);
-        told[i] = NAME_error(&s);
-    }
-    return limited;
-}
-"""
-
-
-def compiled(
-    laws: Sequence[ms.BackboneLaw], folder: Path, *flags: str, depth: int = 256
-) -> ctypes.CDLL:
-    """All laws, named joint0, joint1, ..., in one library."""
-    source = "#include <stddef.h>\n"
-    for i, law in enumerate(laws):
-        file = folder / f"law{i}.c"
-        export.write("c", law, file, name=f"joint{i}", depth=depth)
-        source += f'#include "{file.name}"\n' + DRIVER.replace("NAME", f"joint{i}")
-    (folder / "all.c").write_text(source)
-    library = folder / "all.so"
-    command = [str(COMPILER), *STRICT, *flags, "-shared", "-fPIC", "-o", str(library), "all.c"]
-    done = subprocess.run([*command, "-lm"], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return ctypes.CDLL(str(library))
-
-
-def run(library: ctypes.CDLL, index: int, x: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Forces, stiffnesses and told errors along a record, and how often the depth was too small."""
-    x = np.ascontiguousarray(x, dtype=float)
-    out = [np.empty(x.size) for _ in range(3)]
-    pointers = [ctypes.c_void_p(array.ctypes.data) for array in (x, *out)]
-    function = getattr(library, f"joint{index}_run")
-    function.restype = ctypes.c_long
-    limited = function(*pointers, ctypes.c_long(x.size))
-    return (*out, limited)
-
 
 def records(scale: float, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
     """A sine, noise, a random walk, reversals on few places, and ties of equal size."""
@@ -85,7 +38,7 @@ def records(scale: float, samples: int, seed: int = 0) -> dict[str, np.ndarray]:
 
 
 # Any element by arrays, each step through save and restore: forces, tangents, energies, bound.
-ANY_DRIVER = """
+DRIVER = """
 long NAME_go(const double *u, double *f, double *k, double *told, long n)
 {
     static NAME_state s, t;
@@ -96,6 +49,7 @@ long NAME_go(const double *u, double *f, double *k, double *told, long n)
     for (long i = 0; i < n; i++) {
         for (int c = 0; c < C; c++) far[c] = (c < T ? 2.0 : 1.0) * u[C * (n - 1 - i) + c];
         if (NAME_move(&s, far, NULL, NULL) < 0) return -1; /* a trial that is thrown away */
+        if (i % 3 == 0) NAME_rollback(&s);
         int answer = NAME_move(&s, u + C * i, f + C * i, k + C * C * i);
         if (answer < 0) return -2;
         limited += answer;
@@ -117,7 +71,7 @@ def library_of(folder: Path, *flags: str, main: str = "", **elements: dict[str, 
     source = "#include <stddef.h>\n"
     for name, options in elements.items():
         export.write("c", options.pop("law", JOINT), folder / f"{name}.c", name=name, **options)
-        source += f'#include "{name}.c"\n' + ANY_DRIVER.replace("NAME", name)
+        source += f'#include "{name}.c"\n' + DRIVER.replace("NAME", name)
     (folder / "all.c").write_text(source + main)
     product = folder / ("main" if main else "all.so")
     kind = [] if main else ["-shared", "-fPIC"]
@@ -127,9 +81,21 @@ def library_of(folder: Path, *flags: str, main: str = "", **elements: dict[str, 
     return product
 
 
+def compiled(laws: Sequence[ms.BackboneLaw], folder: Path, depth: int) -> ctypes.CDLL:
+    """All laws, named joint0, joint1, ..., in one library."""
+    elements = {f"joint{i}": {"law": law, "depth": depth} for i, law in enumerate(laws)}
+    return ctypes.CDLL(str(library_of(folder, **elements)))
+
+
+def run(library: ctypes.CDLL, index: int, x: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Forces, stiffnesses and told errors along a record, and how often the depth was too small."""
+    force, stiffness, told, limited = go(library, f"joint{index}", x)
+    return force[:, 0], stiffness[:, 0, 0], told[:, 2], limited
+
+
 def go(library: ctypes.CDLL, name: str, u: np.ndarray) -> tuple[np.ndarray, ...]:
     """Forces, tangents, (dissipated, stored, bound) and how often the memory was too small."""
-    u = np.ascontiguousarray(u, dtype=float)
+    u = np.ascontiguousarray(u.reshape(len(u), -1), dtype=float)
     n, c = u.shape
     out = np.empty((n, c)), np.empty((n, c, c)), np.empty((n, 3))
     function = getattr(library, f"{name}_go")

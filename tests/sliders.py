@@ -15,6 +15,21 @@ def slider(x: np.ndarray, stiffness: float, limit: Any, start: float = 0.0) -> n
     return force
 
 
+def sphere(u: Any, limit: float, slip: float) -> Any:
+    """Force [N] of a sphere in first loading, by Mindlin; ``slip`` [m] is its slip limit."""
+    return limit * (1.0 - (1.0 - np.clip(u / slip, 0.0, 1.0)) ** 1.5)
+
+
+def sphere_loop(
+    x: np.ndarray, falling: np.ndarray, amplitude: float, limit: float, slip: float
+) -> np.ndarray:
+    """Force of the settled loop of a sphere at places between its ends, by Masing's rules."""
+    top = sphere(amplitude, limit, slip)
+    down = top - 2.0 * sphere(0.5 * (amplitude - x), limit, slip)
+    up = 2.0 * sphere(0.5 * (amplitude + x), limit, slip) - top
+    return np.where(falling, down, up)
+
+
 def stops(
     path: np.ndarray, stiffnesses: np.ndarray, yields: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:

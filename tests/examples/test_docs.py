@@ -321,9 +321,6 @@ def test_studies(page: Path, namespace: dict[str, Any]) -> None:
         assert all(np.isfinite(row.dissipated_energy).all() for row in result.rows)
 
 
-# -- MATLAB ---------------------------------------------------------------------------------------
-
-
 # -- links ----------------------------------------------------------------------------------------
 
 

@@ -11,6 +11,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sliders import sphere_loop
 
 import microslip as ms
 from microslip.laboratory.blocks import blocks_of
@@ -20,18 +21,10 @@ Floats = NDArray[np.float64]
 LIMIT, SLIP, RATE = 50.0, 2e-6, 5000.0
 
 
-def backbone(u: Floats) -> Floats:
-    return LIMIT * (1.0 - (1.0 - np.clip(u / SLIP, 0.0, 1.0)) ** 1.5)
-
-
 def loop(phase: Floats, amplitude: float) -> Floats:
     """Force at phases of a cosine, from peak to peak."""
     turn = np.mod(phase, 2.0 * math.pi)
-    x = amplitude * np.cos(turn)
-    top = float(backbone(np.array(amplitude)))
-    down = top - 2.0 * backbone(0.5 * (amplitude - x))
-    up = -top + 2.0 * backbone(0.5 * (amplitude + x))
-    return np.where(turn < math.pi, down, up)
+    return sphere_loop(amplitude * np.cos(turn), turn < math.pi, amplitude, LIMIT, SLIP)
 
 
 def energy(amplitude: float) -> float:

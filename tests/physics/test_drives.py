@@ -10,16 +10,13 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sliders import sphere, sphere_loop
 
 import microslip as ms
 from microslip.identification import fold
 
 Floats = NDArray[np.float64]
 FRICTION, LOAD, SLIP = 0.5, 100.0, 2e-6
-
-
-def backbone(u: Floats) -> Floats:
-    return FRICTION * LOAD * (1.0 - (1.0 - np.clip(u / SLIP, 0.0, 1.0)) ** 1.5)
 
 
 def drive(turn: Floats, cut: float) -> Floats:
@@ -33,12 +30,9 @@ def record(seed: int, amplitude: float, cut: float, noise: float) -> ms.Record:
     rng = np.random.default_rng([seed, round(100.0 * cut)])
     turn = np.arange(2460) / 200.3 + rng.uniform()
     x = amplitude * drive(turn, cut)
-    top = float(backbone(np.array(amplitude)))
-    down = -2.0 * backbone(0.5 * (amplitude - x)) + top
-    up = 2.0 * backbone(0.5 * (amplitude + x)) - top
-    force = np.where(np.mod(turn, 1.0) < 0.5, down, up)
+    force = sphere_loop(x, np.mod(turn, 1.0) < 0.5, amplitude, FRICTION * LOAD, SLIP)
     x = x + 0.3 * noise * amplitude * rng.normal(size=x.size)
-    force = force + noise * top * rng.normal(size=x.size)
+    force = force + noise * force.max() * rng.normal(size=x.size)
     return ms.Record(x, force, normal_load=LOAD, sample_rate=2000.0)
 
 
@@ -57,7 +51,7 @@ def test_the_law_answers(cut: float, noise: float) -> None:
         assert limit.value == pytest.approx(FRICTION * LOAD, rel=5e-3)
         held += limit.low <= FRICTION * LOAD <= limit.high
         force = found.force(0.5 * SLIP)
-        truth = float(backbone(np.array(0.5 * SLIP)))
+        truth = sphere(0.5 * SLIP, FRICTION * LOAD, SLIP)
         held += force.low <= truth <= force.high
     assert held >= 6
 

@@ -67,9 +67,6 @@ def test_real_area_of_a_tenth_needs_merged_contacts():
     assert {v.name: v.word for v in joint.validity}["density * radius * std"] == "outside"
 
 
-# One sphere
-
-
 # Exponential heights
 
 

@@ -337,6 +337,3 @@ def test_a_cutoff_makes_summits_fewer_and_rounder() -> None:
     assert (np.diff([summits.density for summits in tables]) < 0.0).all()
     assert (np.diff([item.mccool().density for item in moments]) < 0.0).all()
     assert (np.diff([item.mccool().radius for item in moments]) > 0.0).all()
-
-
-# Paraboloids.

@@ -68,16 +68,6 @@ def test_every_law_of_the_table_falls_and_is_convex(hardness: float, pressure: f
     assert law.stiffness(law.closest) > 0.998 * first.stiffness[-1]
 
 
-def test_the_law_scales_as_its_groups_say() -> None:
-    """One shape at k times the heights and lengths; and twice the modulus, hardness and load."""
-    law, higher = ground(), ground(rms=1.2e-6)
-    assert higher.slip_length == pytest.approx(3.0 * law.slip_length, rel=1e-12)
-    hard = ms.Material(420e9, 0.3, hardness=4.8e9)
-    stiff = ground(pair=ms.MaterialPair(hard, hard), tightening_pressure=2e8)
-    assert stiff.stiffness(stiff.closest) == pytest.approx(2 * law.stiffness(law.closest), rel=1e-9)
-    assert stiff.slip_length == pytest.approx(law.slip_length, rel=1e-9)
-
-
 def test_a_lay_turns_the_ratio_of_stiffnesses() -> None:
     """Mean and the two axes: (1 - nu c)/(1 - nu), c the share of the slope along the motion."""
     law = ground(lay=1.0 / 3.0)

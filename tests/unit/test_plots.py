@@ -38,19 +38,6 @@ def shown(ax, number: int = 0):
     return np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
 
 
-def curve(ax):
-    return next(line for line in ax.lines if len(line.get_xdata()) > 2)
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
-def test_every_law(law) -> None:
-    example = law.examples()[0]
-    ax = example.plot()
-    assert ax.get_xscale() == "log"
-    damping = example.plot(quantity="loss_factor", amplitudes=[1e-7, 1e-6, 1e-5])
-    assert np.allclose(curve(damping).get_ydata(), example.loss_factor([1e-7, 1e-6, 1e-5]))
-
-
 def test_records_cycles_and_fits() -> None:
     rig = ms.VirtualTribometer(JOINT.at(normal_load=200.0), noise=1e-4)
     record = rig.record(amplitude=2e-5, frequency=10.0, cycles=4)
@@ -126,6 +113,11 @@ RECORD = ms.Record(
     ids=lambda item: type(item).__name__,
 )
 def test_a_notebook_shows_the_text_and_a_figure(item: Any) -> None:
+    if isinstance(item, ms.BackboneLaw):  # and a script any measure
+        assert item.plot().get_xscale() == "log"
+        damping = item.plot(quantity="loss_factor", amplitudes=[1e-7, 1e-6, 1e-5])
+        line = next(line for line in damping.lines if len(line.get_xdata()) > 2)
+        assert np.allclose(line.get_ydata(), item.loss_factor([1e-7, 1e-6, 1e-5]))
     shown = item._repr_html_()
     text, image = re.fullmatch(
         r'<pre>(.*)</pre><img src="data:image/svg\+xml;base64,(.*)" alt=".*">', shown, re.DOTALL

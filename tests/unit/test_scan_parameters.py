@@ -61,12 +61,6 @@ def test_verdicts_on_noise_and_on_a_surface() -> None:
     assert "anisotropy" not in {verdict.name for verdict in verdicts(profile)}
 
 
-# Moments.
-
-
-# Spectra.
-
-
 # Made surfaces.
 
 

@@ -39,16 +39,6 @@ def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:
 # -- right use -------------------------------------------------------------------------------------
 
 
-def test_open_reversals() -> None:
-    state, unit = HEAVY.start(), 1e-7
-    seen = []
-    for x in (1.0, 1.5, 0.5, 1.2, 0.8, 1.0, 1.0, 1.3, 0.0, 1.5, -1.4, 1.5, -1.6, 2.0):
-        state.advance(x * unit)
-        seen.append(state.open_reversals)
-    #                1  1.5 .5 1.2 .8  1  1 1.3  0 1.5 -1.4 1.5 -1.6 2
-    assert seen == [0, 0, 1, 2, 3, 4, 4, 2, 1, 0, 1, 0, 0, 0]
-
-
 def test_what_is_stored_grows_with_open_reversals_only() -> None:
     joint = HEAVY
     joint.force([1e-7, 2e-7])  # what the joint itself keeps is there from now on

@@ -105,9 +105,6 @@ def test_surfaces() -> None:
     assert large.contact_area(0.0) == pytest.approx(ratio * population.contact_area(0.0), rel=1e-14)
 
 
-# -- verdicts --------------------------------------------------------------------------------------
-
-
 # -- a cut-off twice -------------------------------------------------------------------------------
 
 

@@ -175,7 +175,7 @@ def test_sanitizers_find_nothing(tmp_path):
     sphere = ms.Interface(ms.SphereOnFlat(JOINT.surface.pair, radius=5e-3), 0.3, normal_load=10.0)
     laws = [JOINT, sphere, ms.Iwan([1e8, 2e8], [10.0, 50.0])]
     flags = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g")
-    for depth in (2, 64):
+    for depth in (4, 64):
         folder = tmp_path / str(depth)
         folder.mkdir()
         source = ""

@@ -186,16 +186,15 @@ class _Compliance:
             full[:, index, index] += diagonal
             self._inverse = np.linalg.inv(full)
 
-    def _times(self, inverse: NDArray[Any], force: NDArray[Any]) -> NDArray[Any]:
-        if inverse.ndim == 2:
-            return np.asarray(inverse.T.reshape(force.shape[:2] + (1,) * (force.ndim - 2)) * force)
-        return np.asarray(np.einsum("hmn,nh...->mh...", inverse, force))
-
     def on(self, force: Floats, transposed: bool = False) -> Floats:
         """Return the Fourier coefficients of the motion under forces (modes, size, ...)."""
         turning = force[:, ::2].astype(complex)
         turning[:, 1:] = force[:, 1::2] - 1j * force[:, 2::2]
-        turning = self._times(self._inverse.conj() if transposed else self._inverse, turning)
+        inverse = self._inverse.conj() if transposed else self._inverse
+        if inverse.ndim == 2:
+            turning = inverse.T.reshape(turning.shape[:2] + (1,) * (force.ndim - 2)) * turning
+        else:
+            turning = np.einsum("hmn,nh...->mh...", inverse, turning)
         result = np.empty(force.shape)
         result[:, 0] = turning[:, 0].real
         result[:, 1::2], result[:, 2::2] = turning[:, 1:].real, -turning[:, 1:].imag

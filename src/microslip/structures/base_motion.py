@@ -154,10 +154,12 @@ def _at_supports(
     cut = np.ix_(free, free)
     mass, stiffness = _part(rest.mass, cut), _part(rest.stiffness, cut)
     damping = None if rest.damping is None else _part(rest.damping, cut)
-    state = static_state(stiffness, mass, tuple(inner_joints), rest.static_force[free])
-    if state.equilibrium_error > 1e-6:
+    displacement, _, error, _ = static_state(
+        stiffness, mass, tuple(inner_joints), rest.static_force[free]
+    )
+    if error > 1e-6:
         raise InputError("supports must leave a state of rest under the static forces")
-    motions = [a.columns.T @ state.displacement for a in inner_joints]
+    motions = [a.columns.T @ displacement for a in inner_joints]
     inner = modal_model(mass, stiffness, damping, tuple(inner_joints), motions)
     if inner.free.shape[1]:
         raise InputError(

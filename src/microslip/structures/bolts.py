@@ -277,18 +277,9 @@ def by_size(size: object, thread_friction: float | None, **given: Any) -> dict[s
 def tensions(bolts: Any, count: int) -> Floats:
     """Return the tension of each of ``count`` bolts [N], as given or from the torque.
 
-    Parameters
-    ----------
-    bolts : object
-        Object with those attributes of :class:`Bolts` that give tightening, dimensions and grade.
-    count : int
-        Number of bolts.
-
-    Raises
-    ------
-    InputError
-        If both or neither of tension and torque are given, if a torque lacks a nut factor or
-        friction coefficients, or if a bolt of the size and grade would yield.
+    ``bolts`` has those attributes of :class:`Bolts` that give tightening, dimensions and grade.
+    Raise an InputError if both or neither of tension and torque are given, if a torque lacks a nut
+    factor or friction coefficients, or if a bolt of the size and grade would yield.
     """
     if (bolts.tension is None) == (bolts.torque is None):
         raise InputError(

@@ -175,7 +175,7 @@ class _Path:
             length = float(np.abs(step).max())
             if not math.isfinite(length) or length > 1e3:
                 return None
-            point = self._moved(point, -step)
+            point = self.moved(point, -step)
             if point.omega <= 0.0:
                 return None
             relative = length / max(1e-3, float(np.abs(point.coefficients).max()) / self._unit)
@@ -186,7 +186,7 @@ class _Path:
             last = relative
         return None
 
-    def _moved(self, point: _Point, move: Floats) -> _Point:
+    def moved(self, point: _Point, move: Floats) -> _Point:
         count = point.coefficients.size
         change = move[:count].reshape(point.coefficients.shape) * self._unit
         level = point.level
@@ -194,9 +194,6 @@ class _Path:
             level += float(move[count]) * self._unit_level(point.omega)
         omega = point.omega + float(move[-1]) * self._width
         return _Point(point.coefficients + change, omega, level)
-
-    def ahead(self, solved: _Solved, step: float) -> _Point:
-        return self._moved(solved.point, step * solved.tangent)
 
     def distance(self, a: _Point, b: _Point) -> float:
         q = float(np.linalg.norm(a.coefficients - b.coefficients)) / self._unit
@@ -261,7 +258,7 @@ def _follow(drive: Drive, omegas: Floats) -> tuple[list[_Solved], list[bool], in
         unit = largest
         # Not further than the frequencies asked for lie apart, and a tenth of the motion itself.
         step = min(step, longest / max(abs(float(here.tangent[-1])), 1e-3 * longest), 0.2)
-        ahead = path.solve(path.ahead(here, step), here.tangent)
+        ahead = path.solve(path.moved(here.point, step * here.tangent), here.tangent)
         if ahead is None or path.distance(ahead.point, here.point) > 2.0 * step:
             step *= 0.5
             if step < _FINEST:

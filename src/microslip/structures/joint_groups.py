@@ -203,7 +203,6 @@ class FieldGroup:
         self.directions = np.stack([*tangential, directions[:, :, 2]], axis=2)
         self.stuck = _stuck(field, np.stack(ways, axis=1))
         self.field = field.along(along)
-        self._across_stiffness = self.stuck[:, 1]
 
     def by_coordinate(
         self, motion: Floats, force: Floats, load: Floats, tangent: Floats
@@ -214,7 +213,7 @@ class FieldGroup:
         (nodes, 3, size). ``tangent`` (nodes, 2, 2, size, size) are the derivatives of ``force`` and
         ``load`` with respect to motion along the line and opening.
         """
-        across, size = self._across_stiffness[:, None], force.shape[1]
+        across, size = self.stuck[:, 1, None], force.shape[1]
         forces = np.stack([force, across * motion[:, 1], -load], axis=1)
         forces[:, 2, 0] += self.field.normal_loads
         jacobian, k = np.zeros((len(force), 3, size, 3, size)), np.arange(size)
@@ -288,7 +287,8 @@ _ROWS = ("directions", "columns", "coordinates", "rest")
 def change_rows(attachment: Attachment, change: Callable[[Floats], Floats]) -> Attachment:
     """Return an attachment with changed rows of its arrays, such as those of fewer degrees."""
     arrays = {f.name: getattr(attachment, f.name) for f in fields(attachment) if f.name in _ROWS}
-    return replace(attachment, **{k: change(v) for k, v in arrays.items() if v is not None})
+    changed: dict[str, Any] = {k: change(v) for k, v in arrays.items() if v is not None}
+    return replace(attachment, **changed)
 
 
 def joint_motion(attachments: Sequence[Attachment], motions: Floats) -> tuple[float, int]:

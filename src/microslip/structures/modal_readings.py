@@ -161,7 +161,12 @@ def read_ring_down(
             noise = max(noise, min(_UNFILTERED * noise, 0.25 * peak / _ABOVE_NOISE))
             part = _above_noise(_single_mode(x, step), 0, noise)
         else:
-            low, high = _band_limits(band)
+            ends = floats("band", band, "Hz")
+            if ends.shape != (2,):
+                raise InputError(
+                    f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}"
+                )
+            low, high = ends.tolist()
             raw, x, width = x, _filtered(x, step, low, high), high - low
             room = int(_SETTLING / (width * step))
             part = _above_noise(x[: max(x.size - room, 1)], room, _noise(raw, step, width))
@@ -217,13 +222,6 @@ def _means_in_time(
             rows.append((math.exp(float(level[stretch].mean())), f, zeta))
     amplitudes, frequencies, dampings = np.array(rows).reshape(-1, 3).T
     return amplitudes, frequencies, dampings
-
-
-def _band_limits(band: Any) -> tuple[float, float]:
-    ends = floats("band", band, "Hz")
-    if ends.shape != (2,):
-        raise InputError(f"`band` must be two frequencies [Hz], (150.0, 220.0), got {show(band)}")
-    return float(ends[0]), float(ends[1])
 
 
 def _filtered(x: Floats, step: float, low: float, high: float) -> Floats:

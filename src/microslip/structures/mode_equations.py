@@ -31,8 +31,6 @@ class Solution(NamedTuple):
     point: ModePoint
     converged: bool
     iterations: int
-    residual: float
-    """Scaled residual of the equations [-]."""
     answers: list[HarmonicForces]
 
 
@@ -70,7 +68,12 @@ class ModeEquations:
             size = max(float(q), abs(step.omega) / point.omega, abs(step.damping))
             share, trial, after = 1.0, point, current
             while share > _LEAST_SHARE:
-                trial = self._moved(point, step, share)
+                trial = ModePoint(
+                    point.coefficients - share * step.coefficients,
+                    # A frequency does not change sign, however bad a guess was.
+                    max(point.omega - share * step.omega, 0.2 * point.omega),
+                    point.damping - share * step.damping,
+                )
                 after = self._tried(trial, amplitude, current)
                 small = size < 1e-6 and math.isfinite(after.merit)
                 if after.merit < (1.0 - 0.1 * share) * current.merit or small:
@@ -95,7 +98,7 @@ class ModeEquations:
             if share == 1.0 and (near or (size < 1e-6 and after.merit < _BALANCED)):
                 converged = True
                 break
-        return Solution(point, converged, iterations, current.merit, current.answers)
+        return Solution(point, converged, iterations, current.answers)
 
     def unbalanced(self, point: ModePoint, amplitude: float) -> tuple[float, float]:
         """Return relative changes of frequency and damping by a Newton step with more harmonics."""
@@ -165,9 +168,3 @@ class ModeEquations:
             return None, None
         step = ModePoint(change[:-2].reshape(modes, size), float(change[-2]), float(change[-1]))
         return step, factors
-
-    def _moved(self, point: ModePoint, step: ModePoint, share: float) -> ModePoint:
-        # A frequency does not change sign, however bad a guess was.
-        omega = max(point.omega - share * step.omega, 0.2 * point.omega)
-        q = point.coefficients - share * step.coefficients
-        return ModePoint(q, omega, point.damping - share * step.damping)

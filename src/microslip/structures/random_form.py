@@ -21,20 +21,9 @@ def random_face(
     """Return the heights of a random face at places [m], its best plane removed.
 
     The heights are Gaussian with a squared-exponential covariance, drawn as 150 random waves
-    (Rahimi and Recht 2007). Faces shorter than the correlation length have only bow and twist.
-
-    Parameters
-    ----------
-    places : ndarray
-        Places along and across (points, 2) [m].
-    weights : ndarray
-        Area represented by each point (points,) [m^2].
-    flatness : float
-        Peak to valley after the best plane is removed [m].
-    correlation : float
-        Correlation length [m].
-    rng : Generator
-        Source of random numbers.
+    (Rahimi and Recht 2007). Faces shorter than the ``correlation`` length [m] have only bow and
+    twist. ``places`` are along and across (points, 2) [m], ``weights`` the area that each point
+    represents (points,) [m^2], ``flatness`` is peak to valley after the plane is removed [m].
     """
     numbers = rng.standard_normal((2, _WAVES)) / correlation
     phases = rng.uniform(0.0, 2.0 * np.pi, _WAVES)

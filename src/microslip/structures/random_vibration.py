@@ -44,15 +44,15 @@ _NODES = 32
 _ROUNDS = 100
 _ENOUGH = 1e-4
 _LEAST = 1e-3  # of the mode that moves most: modes that move less do not feel their joints
-_X, _W = np.polynomial.laguerre.laggauss(_NODES)
+_X, _MEAN = np.polynomial.laguerre.laggauss(_NODES)
 _AMPLITUDES = np.sqrt(2.0 * _X)
 """Quadrature nodes and weights for means over Rayleigh amplitudes of unit standard deviation."""
 
 OUTSIDE = Rule(
-    "joint motion beyond its strongest mode",
+    "motion beyond the strongest mode",
     watch=0.05,
     outside=0.3,
-    meaning="One mode moves each joint: fraction of its velocity variance due to other modes.",
+    meaning="One mode moves the joints: fraction of the velocity variance due to other modes.",
     reason="If several modes moved one joint, its power was underestimated by 15 to 39 %.",
     remedy="Integrate in time for the power of these joints; standard deviations remain valid.",
 )
@@ -69,11 +69,6 @@ SOFTENING = Rule(
 )
 
 
-MODES = replace(
-    OUTSIDE,
-    name="motion beyond the strongest mode",
-    meaning="One mode moves the joints: fraction of the velocity variance due to other modes.",
-)
 MODAL_SOFTENING = replace(
     SOFTENING,
     name="fall of a mode's stiffness",
@@ -110,8 +105,9 @@ class RandomResponse(ModalResult):
     _shapes: Floats
     _carried: Floats
     _variances: Variances
-    _answer: Callable[[Floats], NDArray[Any]]
-    """Function that returns modal coordinates (frequencies, modes) per unit base acceleration."""
+    _answer: Callable[[Floats], tuple[NDArray[Any], NDArray[Any]]]
+    """Function that returns modal coordinates (frequencies, modes) per unit base acceleration,
+    and motions of the joints."""
     _spectrum: BaseSpectrum
 
     def _sizes(self, columns: Floats) -> Floats:
@@ -170,7 +166,7 @@ class RandomResponse(ModalResult):
         power, modal = power_of(quantity), self._at(at)
         f = np.atleast_1d(record("frequencies", frequencies, "Hz"))
         omega = 2.0 * math.pi * np.array([positive("frequencies", x, "Hz", 100.0) for x in f])
-        signal = (self._answer(omega) @ modal) * (1j * omega) ** power
+        signal = (self._answer(omega)[0] @ modal) * (1j * omega) ** power
         if power == 2:
             signal = signal + self._carried_at(at)
         return np.asarray(np.abs(signal) ** 2 * self._spectrum.at(f))
@@ -209,11 +205,6 @@ class RandomResponse(ModalResult):
         return f"RandomResponse({numbers}, {self.message})"
 
 
-def mean_over_amplitudes(values: Floats) -> Floats:
-    """Return means over Rayleigh amplitudes; the last axis of ``values`` has quadrature nodes."""
-    return np.asarray(values @ _W)
-
-
 def _linearised(
     groups: Sequence[LawGroup], deviation: Floats, rate: Floats
 ) -> tuple[Floats, Floats, Floats]:
@@ -228,9 +219,9 @@ def _linearised(
         sigma = float(deviation[place])
         if sigma > 0.0 and rate[place] > 0.0:
             a = sigma * _AMPLITUDES
-            energies[place] = mean_over_amplitudes(np.asarray(law.dissipated_energy(a)))
+            energies[place] = np.asarray(law.dissipated_energy(a)) @ _MEAN
             square = 2.0 * sigma**2
-            mean = float(mean_over_amplitudes(a**2 * averaged_stiffness(law, a))) / square
+            mean = float((a**2 * averaged_stiffness(law, a)) @ _MEAN) / square
             softer[place] = mean - law.tangential_stiffness
             # An amplitude's cycle in the time that its motion takes.
             dashpots[place] = energies[place] / (math.pi * square) * sigma / rate[place]
@@ -342,16 +333,16 @@ def _by_modes(
             omega = 2.0 * math.pi * along(known.frequency[good])
             zeta = along(known.damping_ratio[good])
             square = 2.0 * deviation[j] ** 2
-            shifted[j] = float(mean_over_amplitudes(a**2 * omega**2)) / square
-            rate = float(mean_over_amplitudes(a**2 * 2.0 * zeta * omega)) / square
+            shifted[j] = float((a**2 * omega**2) @ _MEAN) / square
+            rate = float((a**2 * 2.0 * zeta * omega) @ _MEAN) / square
             damping[j, :], damping[:, j], damping[j, j] = 0.0, 0.0, rate
             turns = math.sqrt(shifted[j]) / (2.0 * math.pi)
             # Losses over the amplitude's cube vary slowly.
             cubes = solved[:, None] ** 3
             lost_in_cycles = along(known.loss[good] / cubes) * within[:, None] ** 3
-            power.append(mean_over_amplitudes(lost_in_cycles.T) * turns)
+            power.append(lost_in_cycles.T @ _MEAN * turns)
             by_shape = along(known.shape[good].real) * (a**2)[:, None]
-            shapes[:, j] = mean_over_amplitudes(by_shape.T) / square
+            shapes[:, j] = by_shape.T @ _MEAN / square
         loss = np.sum(power, axis=0)
         squares = squares + share * (shifted - squares)
         push[chosen] = -shapes[:, chosen].T @ base.inertia[:, 0]
@@ -368,7 +359,7 @@ def _by_modes(
     return RandomResponse(
         "modes", omega / (2.0 * math.pi), np.diag(damping)[chosen] / (2.0 * omega),
         np.full(count, np.nan), loss, rounds, message,
-        (MODES.judge(1.0 - float(rates.max() / rates.sum())), MODAL_SOFTENING.judge(softening)),
+        (OUTSIDE.judge(1.0 - float(rates.max() / rates.sum())), MODAL_SOFTENING.judge(softening)),
         shapes, base.carried[:, 0], variances,
         partial(current.answer, softer=idle, dashpots=idle), spectrum,
     )  # fmt: skip

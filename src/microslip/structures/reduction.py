@@ -74,12 +74,9 @@ class Reducer:
         self._masses = _point_masses(self.elements, masses)
 
     @cached_property
-    def _body(self) -> ElasticBody:
+    def body(self) -> ElasticBody:
+        """Bodies with their factorised stiffness, computed at the first access."""
         return ElasticBody(self.elements, self._masses)
-
-    def factorise(self) -> None:
-        """Assemble and factorise the stiffness, once for all reductions."""
-        _ = self._body
 
     def check_sensors(self, sensors: Mapping[str, Any] | None) -> None:
         """Raise InputError for sensors outside the bodies, before the model is solved."""
@@ -101,7 +98,7 @@ class Reducer:
         elements = self.elements
         patched = patches_of(self.mesh, elements, patches, self.along)
         names, sensing = _sensors(elements, sensors)
-        body = self._body  # last, for it takes longest
+        body = self.body  # last, for it takes longest
         bolts = len(self.shanks)
         elongations = [sparse.csr_matrix(elongation) for elongation, _ in self.shanks]
         functionals = sparse.vstack([patched.functionals, *elongations]).tocsr()

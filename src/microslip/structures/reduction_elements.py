@@ -27,9 +27,7 @@ class Points(NamedTuple):
 
     def at(self, index: Any) -> Points:
         """Return the points selected by an index array or a mask."""
-        return Points(
-            self.cells[index], self.values[index], self.places[index], self.distances[index]
-        )
+        return Points(*(part[index] for part in self))
 
 
 class Elements:

@@ -168,7 +168,12 @@ def shock(
     """
     base = base_motion(rest, directions, supports, damping_frame, joints_on_base)
     zeta = base_damping(damping_ratio)
-    given = pulse if isinstance(pulse, Pulse) else _pulse(pulse)
+    try:
+        given = pulse if isinstance(pulse, Pulse) else Pulse(*pulse)
+    except TypeError:
+        raise InputError(
+            "pulse must be ms.Pulse.half_sine(amplitude, duration), or times and accelerations"
+        ) from None
     if base.carried.shape[1] != 1 or base.strains:
         raise InputError(
             "directions must be one motion of a rigid base; supports with relative "
@@ -207,13 +212,3 @@ def shock(
         time[:count], a[:count], run.message, (run.place, run.speed, run.acceleration(force)),
         np.concatenate([model.shapes, model.free], axis=1), base.carried[:, 0],
     )  # fmt: skip
-
-
-def _pulse(value: Any) -> Pulse:
-    try:
-        time, acceleration = value
-    except (TypeError, ValueError):
-        raise InputError(
-            "pulse must be ms.Pulse.half_sine(amplitude, duration), or times and accelerations"
-        ) from None
-    return Pulse(time, acceleration)

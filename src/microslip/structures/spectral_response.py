@@ -148,7 +148,7 @@ class LinearStructure:
         for first in range(0, frequencies.size, _BLOCK):
             part = slice(first, first + _BLOCK)
             omega = 2.0 * math.pi * frequencies[part]
-            q, u = self._response(omega, softer, dashpots)
+            q, u = self.answer(omega, softer, dashpots)
             joints[part] = np.abs(u) ** 2
             absolute = np.concatenate(
                 [-(omega[:, None] ** 2) * q, np.ones((omega.size, 1))], axis=1
@@ -164,11 +164,7 @@ class LinearStructure:
             joints.T @ weights, rates.sum(axis=0), _outside(frequencies, rates, poles),
         )  # fmt: skip
 
-    def answer(self, omega: Floats, softer: Floats, dashpots: Floats) -> NDArray[Any]:
-        """Return modal coordinates (frequencies, modes) per unit of base acceleration."""
-        return self._response(omega, softer, dashpots)[0]
-
-    def _response(
+    def answer(
         self, omega: Floats, softer: Floats, dashpots: Floats
     ) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return modal coordinates (frequencies, modes) and joint motions per unit acceleration."""
@@ -181,11 +177,11 @@ class LinearStructure:
         beside = carried + (push[:, n:] / self.squares[n:]) @ fast
         identity = np.eye(softer.size)
         through = np.linalg.inv(identity + self._static * impedance[:, None, :])
-        answer = impedance[:, :, None] * through  # force for the motion of slow modes
-        dynamic = b @ answer @ b.T + 1j * omega[:, None, None] * self.damping[:n, :n]
+        pull = impedance[:, :, None] * through  # force for the motion of slow modes
+        dynamic = b @ pull @ b.T + 1j * omega[:, None, None] * self.damping[:n, :n]
         index = np.arange(n)
         dynamic[:, index, index] += self.squares[:n] - omega[:, None] ** 2
-        right = push[:, :n] - (answer @ beside[:, :, None])[..., 0] @ b.T
+        right = push[:, :n] - (pull @ beside[:, :, None])[..., 0] @ b.T
         try:
             slow = np.linalg.solve(dynamic, right[..., None])[..., 0]
         except np.linalg.LinAlgError:

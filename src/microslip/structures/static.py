@@ -38,17 +38,6 @@ _ENOUGH = 1e-12  # unbalanced force, beside the largest of all forces
 _FINEST = 1e-15  # share of a step, below which none leads on
 
 
-class StaticState(NamedTuple):
-    """Static equilibrium of a structure."""
-
-    displacement: Floats
-    forces: list[Floats]
-    """Forces of the attachments, by column [N]."""
-    equilibrium_error: float
-    """Unbalanced force over the largest force [-]."""
-    iterations: int
-
-
 def closed_stiffness(stiffness: Any, attachments: tuple[Attachment, ...]) -> Any:
     """Return the stiffness matrix with stiff springs along all coordinates that carry static load.
 
@@ -70,10 +59,12 @@ def static_state(
     attachments: tuple[Attachment, ...],
     static_force: Floats,
     start: Floats | None = None,
-) -> StaticState:
+) -> tuple[Floats, list[Floats], float, int]:
     """Return the static equilibrium, by Newton's method with a line search on the energy.
 
-    ``start`` are displacements near the equilibrium [m], zero by default.
+    ``start`` are displacements near the equilibrium [m], zero by default. The results are the
+    displacements [m], the forces of each attachment by column [N], the unbalanced force over the
+    largest force [-], and the number of iterations.
     """
     free = _free_motions(closed_stiffness(stiffness, attachments), mass)
     _check_balanced(free, static_force)
@@ -113,7 +104,7 @@ def static_state(
         if not moved:
             break
     forces = np.split(force, parts) if attachments else []
-    return StaticState(x, forces, error, iterations)
+    return x, forces, error, iterations
 
 
 def _free_motions(closed: Any, mass: Any) -> Floats:

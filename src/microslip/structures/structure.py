@@ -252,15 +252,17 @@ class Structure:
 
         ``start`` are displacements near the state [m].
         """
-        state = static_state(self.stiffness, self.mass, self.attachments, force, start)
-        if state.equilibrium_error > 1e-6:
+        displacement, contact, error, iterations = static_state(
+            self.stiffness, self.mass, self.attachments, force, start
+        )
+        if error > 1e-6:
             raise InputError(
-                f"static_force must have a state of rest: after {state.iterations} steps "
-                f"{state.equilibrium_error:.1e} of the largest force is unbalanced; it may pull "
+                f"static_force must have a state of rest: after {iterations} steps "
+                f"{error:.1e} of the largest force is unbalanced; it may pull "
                 "the faces apart, or push a law beyond its limit"
             )
         least_load = 1e-12 * max(1.0, float(np.abs(force).max()))
-        for attachment, loads in zip(self.attachments, state.forces, strict=True):
+        for attachment, loads in zip(self.attachments, contact, strict=True):
             if attachment.has_gaps and not -float(loads.sum()) > least_load:
                 raise InputError(
                     f"static_force must leave some contact: all {len(loads) // 3} nodes of a field "
@@ -268,7 +270,7 @@ class Structure:
                 )
         return Preload(
             self.mass, self.stiffness, self.damping, self.attachments, force,
-            state.displacement, state.equilibrium_error, state.iterations,
+            displacement, error, iterations,
         )  # fmt: skip
 
     def _check_rest(self, state: Preload) -> None:

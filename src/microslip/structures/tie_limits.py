@@ -49,7 +49,6 @@ def tie_limits(
     patches. A patch counts as tied by a washer if the washer covers a quarter of its area, and in
     any case if it is the patch with the largest area under this washer.
     """
-    every = np.arange(joint.size)
     samples = joint.samples
     contacts = joint.patch_contacts[samples.patches]
     pressed = np.zeros(joint.patches, dtype=bool)
@@ -60,16 +59,11 @@ def tie_limits(
         covered = np.bincount(samples.patches, samples.weights * near, minlength=joint.patches)
         pressed |= covered >= _COVERED * areas
         pressed[np.argmax(covered)] |= bool(near.any())
-    tied = {
-        "open": np.zeros(joint.patches, dtype=bool),
-        "washers": pressed,
-        "tied": np.ones(joint.patches, dtype=bool),
-    }
-    found = {}
-    for name, held in tied.items():
+    found = []
+    for held in (np.zeros_like(pressed), pressed, np.ones_like(pressed)):
         fixed = (3 * np.flatnonzero(held)[:, None] + np.arange(3)).ravel()
-        found[name] = _alike(joint, np.setdiff1d(every, fixed), shapes)
-    return [TieLimits(*(float(found[name][k]) for name in tied)) for k in range(shapes.shape[1])]
+        found.append(_alike(joint, np.setdiff1d(np.arange(joint.size), fixed), shapes))
+    return [TieLimits(*limits) for limits in np.transpose(found).tolist()]
 
 
 def _alike(joint: ReducedJoint, free: Floats, shapes: Floats) -> Floats:

@@ -44,7 +44,7 @@ def cost_of(study: StudyDescription) -> dict[str, Any]:
     balances = len(part.modes) * (1 + samples) + fits
     with naming_key(study, "structure"):
         marks = [time.perf_counter()]
-        reducer.factorise()
+        _ = reducer.body
         marks.append(time.perf_counter())
         joint = reducer.reduce(**part.reduction)
         marks.append(time.perf_counter())

@@ -23,10 +23,12 @@ def bar() -> ms.Structure:
     return held.attach(JOINT, directions=directions)
 
 
-def noise(seed: int, level: float, rate: float, count: int) -> np.ndarray:
+def noise(
+    seed: int, level: float, rate: float, count: int, band: tuple[float, float] = BAND
+) -> np.ndarray:
     """A Gaussian acceleration of that level in the band."""
     f = np.fft.rfftfreq(count, 1.0 / rate)
-    size = np.where((f >= BAND[0]) & (f <= BAND[1]), math.sqrt(0.25 * level * rate * count), 0.0)
+    size = np.where((f >= band[0]) & (f <= band[1]), math.sqrt(0.25 * level * rate * count), 0.0)
     parts = np.random.default_rng(seed).normal(size=(2, f.size))
     return np.fft.irfft(size * (parts[0] + 1j * parts[1]), count)
 
@@ -110,11 +112,7 @@ def test_fields_are_moved_as_in_integration() -> None:
     )  # fmt: skip
     rate, count = 16.0 * first, 16000
     time = np.arange(count) / rate
-    f = np.fft.rfftfreq(count, 1.0 / rate)
-    inside = (f >= band[0]) & (f <= band[1])
-    size = np.where(inside, math.sqrt(0.25 * level * rate * count), 0.0)
-    parts = np.random.default_rng(3).normal(size=(2, f.size))
-    push = np.fft.irfft(size * (parts[0] + 1j * parts[1]), count)
+    push = noise(3, level, rate, count, band)
     motion = structure.integrate(-np.outer(push, along), time)
     late = slice(count // 15, None)
     assert seen.standard_deviation(along) == pytest.approx(

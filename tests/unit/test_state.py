@@ -7,27 +7,22 @@ import pickle
 import numpy as np
 import pytest
 from cases import refusal
-from usual import JOINT
+from usual import JOINT, SLIP
 
 import microslip as ms
 
-HEAVY = ms.Interface.examples()[0]
+REACH = 2.0 * SLIP  # there most contacts slip
 
 
-def reach(joint: ms.Interface) -> float:
-    """A displacement that makes most contacts slip."""
-    return 2.0 * joint.force_limit / joint.tangential_stiffness
-
-
-def record(joint: ms.Interface, size: int = 60, seed: int = 3) -> np.ndarray:
-    walk = np.random.default_rng(seed).normal(size=size)
+def record(size: int) -> np.ndarray:
+    walk = np.random.default_rng(3).normal(size=size)
     walk[10:13] = walk[9]  # a rest
     walk[20:30] = np.linspace(walk[20], 3.0, 10)  # a run that closes loops
-    return reach(joint) * walk
+    return REACH * walk
 
 
 def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:
-    future = reach(HEAVY) * np.array([0.1, -0.3, 2.0, -4.0])
+    future = REACH * np.array([0.1, -0.3, 2.0, -4.0])
     return (
         state.displacement,
         state.force,
@@ -40,9 +35,8 @@ def snapshot(state: ms.State) -> tuple[float, float, int, bytes]:
 
 
 def test_what_is_stored_grows_with_open_reversals_only() -> None:
-    joint = HEAVY
-    joint.force([1e-7, 2e-7])  # what the joint itself keeps is there from now on
-    state = joint.start()
+    JOINT.force([1e-7, 2e-7])  # what the joint itself keeps is there from now on
+    state = JOINT.start()
     before = len(pickle.dumps(state))
     wave = 1e-6 * np.sin(np.linspace(0.0, 400.0 * np.pi, 100_001))
     for part in np.array_split(wave, 7):
@@ -66,7 +60,7 @@ def test_what_is_stored_grows_with_open_reversals_only() -> None:
 
 def test_commit_needs_a_trial() -> None:
     message = "commit needs a trial; call try_(displacement) first"
-    state = HEAVY.start()
+    state = JOINT.start()
     state.rollback()  # nothing to forget is fine
     assert refusal(state.commit) == message
     state.try_(1e-7)
@@ -89,14 +83,14 @@ def test_commit_needs_a_trial() -> None:
     ids=str,
 )
 def test_refused_record_changes_nothing(bad: object) -> None:
-    state = HEAVY.start()
-    state.advance(record(HEAVY, 30))
-    force, stiffness = state.try_(0.3 * reach(HEAVY))
+    state = JOINT.start()
+    state.advance(record(30))
+    force, stiffness = state.try_(0.3 * REACH)
     before = snapshot(state)
     refusal(state.advance, bad)
     assert snapshot(state) == before
     state.commit()  # the trial is still there
-    assert (state.displacement, state.force) == (0.3 * reach(HEAVY), force)
+    assert (state.displacement, state.force) == (0.3 * REACH, force)
     assert np.isfinite(stiffness)
 
 

@@ -174,7 +174,7 @@ class HeightMap(Locked, Plottable):
         enough(self.name, self.heights)
         return self.measurable()._moments
 
-    def noise_behind(self, cutoff: float | None) -> float:
+    def _noise_behind(self, cutoff: float | None) -> float:
         """Return the standard deviation [m] of the noise left by a further filter ``cutoff`` [m].
 
         The noise is assumed to be white before all short-wave filters of the scan if it is known

@@ -60,7 +60,7 @@ def find_summits(
     if rise is not None and rise != 0.0:
         rise = length_of("prominence", rise, "2 nm")
     short = remaining(scan, band(scan, cutoff, None)[0])
-    noise = scan.noise_behind(short)
+    noise = scan._noise_behind(short)
     scan = condition(scan, cutoff=short)
     heights = scan.heights
     peaks = find_peaks(heights)

@@ -44,7 +44,7 @@ def table(folder: Path, count: int) -> Path:
 
 def command(*words: str) -> list[str]:
     """The command line of this package."""
-    return [sys.executable, "-m", "microslip.cli", "batch", *words]
+    return [sys.executable, "-m", "microslip", "batch", *words]
 
 
 def outcome_of(folder: Path, count: int) -> str:

@@ -48,7 +48,7 @@ def process(
 ) -> subprocess.CompletedProcess[bytes]:
     """The command as a process of its own."""
     return subprocess.run(
-        [sys.executable, "-m", "microslip.cli", *arguments],
+        [sys.executable, "-m", "microslip", *arguments],
         stdout=stdout,
         stderr=stderr,
         env={**os.environ, "PYTHONUTF8": "0", "PYTHONIOENCODING": "utf-8", **environment},

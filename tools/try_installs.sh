@@ -51,13 +51,13 @@ for options in "" "-O" "-OO" "-bb" "-W error" "-X dev" "-s -B"; do
     # shellcheck disable=SC2086 - options are words
     run "$python" $options -c "$code"
     # shellcheck disable=SC2086
-    run "$python" $options -m microslip.cli check études.toml
+    run "$python" $options -m microslip check études.toml
 done
 for locale in C POSIX C.UTF-8 tr_TR.UTF-8; do
-    run env LC_ALL="$locale" "$python" -W error -m microslip.cli check études.toml
-    run env LC_ALL="$locale" PYTHONUTF8=0 "$python" -m microslip.cli check études.toml
+    run env LC_ALL="$locale" "$python" -W error -m microslip check études.toml
+    run env LC_ALL="$locale" PYTHONUTF8=0 "$python" -m microslip check études.toml
 done
-run env -u HOME "$python" -m microslip.cli predict études.toml -o résultat
-run env -u HOME HOME=/nowhere MPLCONFIGDIR=/nowhere/too "$python" -m microslip.cli predict études.toml -o "un autre"
+run env -u HOME "$python" -m microslip predict études.toml -o résultat
+run env -u HOME HOME=/nowhere MPLCONFIGDIR=/nowhere/too "$python" -m microslip predict études.toml -o "un autre"
 [ -s "résultat/summary.json" ] && [ -s "un autre/summary.json" ]
 echo "$count runs of the installed wheel are as they should be."

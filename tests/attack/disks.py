@@ -58,7 +58,7 @@ def predict(
             resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
     process = subprocess.Popen(
-        [sys.executable, "-m", "microslip.cli", "predict", str(study), "-o", str(folder)],
+        [sys.executable, "-m", "microslip", "predict", str(study), "-o", str(folder)],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,

@@ -172,7 +172,7 @@ def test_a_pipe_that_nobody_reads_is_no_error(arguments: list[str]) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="no shell that closes streams")
 @all_writing
 def test_streams_may_be_closed(arguments: list[str]) -> None:
-    command = shlex.join([sys.executable, "-m", "microslip.cli", *arguments])
+    command = shlex.join([sys.executable, "-m", "microslip", *arguments])
     # One of them says which streams count, the others that no way of writing goes round them.
     for closed in (">&-", "<&- 2>&-") if arguments == WRITING[0] else ("<&- >&- 2>&-",):
         shutil.rmtree("joint-result", ignore_errors=True)

@@ -26,7 +26,7 @@ def test_signals_leave_no_trace(number: signal.Signals) -> None:
     if signal.getsignal(number) is signal.SIG_IGN:
         pytest.skip(f"{number.name} is ignored here, as it is under nohup, and then by the command")
     child = subprocess.Popen(
-        [sys.executable, "-m", "microslip.cli", "predict", "joint.toml", "-o", "out",
+        [sys.executable, "-m", "microslip", "predict", "joint.toml", "-o", "out",
          "--set", "output.report=true"],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip

@@ -172,14 +172,16 @@ def _interpolated(scores: Floats, values: Floats, places: Floats) -> Floats:
     return np.asarray(RBFInterpolator(scores, values, kernel="cubic")(places))
 
 
-def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
-    """Return the variance of ``logs`` by each input over the total [-], and the fraction explained.
+def regression(scores: Floats, logs: Floats) -> tuple[Floats, Floats, float]:
+    """Fit ``logs``, logarithms of a result, linearly on the normal scores, shape (samples, inputs).
 
-    ``logs``, logarithms of a result, are fitted linearly on the normal scores, shape (samples,
-    inputs). The second result is the fraction of the variance that the fit explains. Values that
-    are not finite are ignored.
+    Return the slopes, their squares over the sum of these (the fraction of the variance due to each
+    input), and the fraction of the variance that the fit explains [-]. Values that are not finite
+    are ignored; the slopes are zero if no more than one value for each input is left.
     """
-    finite = np.isfinite(logs)
+    finite, inputs = np.isfinite(logs), scores.shape[1]
+    if finite.sum() <= inputs:
+        return np.zeros(inputs), np.zeros(inputs), 1.0
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])
     target = logs[finite]
     solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
@@ -187,4 +189,4 @@ def ranking(scores: Floats, logs: Floats) -> tuple[Floats, float]:
     scatter = float(((target - target.mean()) ** 2).sum())
     residual = float(((target - matrix @ solved) ** 2).sum())
     shares: Floats = np.asarray(squares / (squares.sum() or 1.0), dtype=np.float64)
-    return shares, 1.0 - residual / scatter if scatter > 0.0 else 1.0
+    return solved[1:], shares, 1.0 - residual / scatter if scatter > 0.0 else 1.0

@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats, Progress
 from microslip._core.dataset import Variable
 from microslip._core.errors import InputError, StudyError
-from microslip.friction.sweeps.quantiles import intervals, ranking
+from microslip.friction.sweeps.quantiles import intervals, regression
 from microslip.study.build import Design, Input
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve
@@ -135,7 +135,7 @@ def _decisions(stacks: Mapping[str, Floats], scores: Floats) -> tuple[Contributi
                 values = stack[:, load, amplitude]
                 with np.errstate(divide="ignore", invalid="ignore"):
                     logs = np.log(values)
-                shares, explained = ranking(scores, logs)
+                _, shares, explained = regression(scores, logs)
                 decisions.append(
                     Contributions(name, load, amplitude, float(logs.std()), shares, explained)
                 )

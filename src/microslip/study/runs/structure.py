@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats, Progress
 from microslip._core.errors import InputError
 from microslip.contact import NormalLaw
-from microslip.friction.sweeps.quantiles import quantiles, ranking
+from microslip.friction.sweeps.quantiles import quantiles, regression
 from microslip.structures import (
     Convergence,
     ModalCurve,
@@ -365,9 +365,10 @@ def _bands(
     total = sampled.joint_damping[:, middle] + sampled.base_damping[0]
     with np.errstate(invalid="ignore", divide="ignore"):
         of_middle = {"frequency": logs[0][:, middle], "damping_ratio": np.log(total)}
+    found = {name: regression(scores, values) for name, values in of_middle.items()}
     slopes = {
-        key: tuple(zip(names, _slopes(scores, values), strict=True))
-        for key, values in of_middle.items()
+        name: tuple(zip(names, per_input.tolist(), strict=True))
+        for name, (per_input, _, _) in found.items()
     }
     frequency, frequency_error = quantiles(scores, logs[0], dense, BAND_QUANTILES)
     damping, damping_error = quantiles(scores, logs[1], dense, BAND_QUANTILES, sampled.base_damping)
@@ -382,7 +383,7 @@ def _bands(
     return ModeBands(
         np.exp(frequency),
         np.exp(damping),
-        _ranking(scores, of_middle["damping_ratio"], names, random),
+        _ranking(names, *found["damping_ratio"][1:], random),
         slopes,
         frequency_error.max(axis=0),
         damping_error.max(axis=0),
@@ -391,26 +392,13 @@ def _bands(
     )
 
 
-def _slopes(scores: Floats, logs: Floats) -> list[float]:
-    """Regress ``logs``, ln of a result, on the normal scores of the inputs; return the slopes."""
-    known = np.isfinite(logs)
-    if known.sum() <= scores.shape[1]:
-        return [0.0] * scores.shape[1]
-    matrix = np.column_stack([np.ones(int(known.sum())), scores[known]])
-    solved = np.linalg.lstsq(matrix, logs[known], rcond=None)[0]
-    return [float(slope) for slope in solved[1:]]
-
-
 def _ranking(
-    scores: Floats, logs: Floats, names: tuple[str, ...], random: bool
+    names: tuple[str, ...], shares: Floats, explained: float, random: bool
 ) -> tuple[tuple[str, float], ...]:
-    """Return the fraction of the variance of ln(damping) due to each input, by linear regression.
+    """Return the fraction of the variance of ln(damping ratio) due to each input, largest first.
 
     The unexplained fraction is attributed to random faces, if there are any.
     """
-    if np.isfinite(logs).sum() <= scores.shape[1]:
-        return tuple((name, 0.0) for name in names)
-    shares, explained = ranking(scores, logs)
     pairs = [(name, float(share)) for name, share in zip(names, shares, strict=True)]
     if random:
         explained = min(max(explained, 0.0), 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,16 @@ PAIR = ms.MaterialPair(METAL, METAL)
 def rough(heights: Any, pair: ms.MaterialPair = PAIR, area: float = 2e-4) -> ms.GreenwoodWilliamson:
     """The summits of the worked example with other heights, bodies and areas."""
     return ms.GreenwoodWilliamson(pair, heights, radius=1e-3, density=1e8, area=area)
+
+
+def slope(call: Callable[[float], Any], step: float) -> Any:
+    """The derivative of a call at nothing, by a central difference."""
+    return (call(step) - call(-step)) / (2.0 * step)
+
+
+def fine_slope(call: Callable[[float], Any], step: float) -> Any:
+    """The same, of fourth order."""
+    return (4.0 * slope(call, step) - slope(call, 2.0 * step)) / 3.0
 
 
 SURFACE = rough(ms.Gaussian(std=5e-7))

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from cases import ends_below, joint_params, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
+from usual import fine_slope, slope
 
 import microslip as ms
 
@@ -55,16 +58,13 @@ def test_derivatives_of_smooth_laws_to_the_last_digit_of_differences(joint, phas
     response = joint.periodic(x, separation=d)
     got = response.derivative(np.hstack((SHAPES, nothing)), separation=np.hstack((nothing, SHAPES)))
 
-    def difference(k: int, step: float) -> np.ndarray:
-        move, rise = (0.0, depth * SHAPES[:, k - 7]) if k >= 7 else (reach * SHAPES[:, k], 0.0)
-        up, down = (
-            joint.periodic(x + s * move, separation=d + s * rise).force for s in (step, -step)
-        )
-        return (up - down) / (2.0 * step)
-
     for k in range(14):
-        wanted = (4.0 * difference(k, 2e-5) - difference(k, 4e-5)) / 3.0
-        near, scale = difference(k, 1e-6), reach if k < 7 else depth
+        move, rise = (0.0, depth * SHAPES[:, k - 7]) if k >= 7 else (reach * SHAPES[:, k], 0.0)
+
+        def at(s: float, move: Any = move, rise: Any = rise) -> np.ndarray:
+            return joint.periodic(x + s * move, separation=d + s * rise).force
+
+        wanted, near, scale = fine_slope(at, 2e-5), slope(at, 1e-6), reach if k < 7 else depth
         error = np.abs(scale * got[:, k] - wanted) / joint.force_limit
         assert np.quantile(error, 0.98) < 1e-9
         # A sample next to a kink is seen by the small step only, to that one's rounding.
@@ -82,12 +82,11 @@ def test_derivatives_against_differences(joint) -> None:
         for shape in SHAPES[:, :4].T:
             for move, rise in ((reach * shape, 0.0 * shape), (0.0 * shape, depth * shape)):
                 got = response.derivative(move, separation=rise)
-                step = 1e-6
-                up, down = (
-                    joint.periodic(x + s * move, separation=d + s * rise).force
-                    for s in (step, -step)
-                )
-                error = np.abs((up - down) / (2.0 * step) - got) / joint.force_limit
+
+                def at(s: float, x: Any = x, d: Any = d, move: Any = move, rise: Any = rise) -> Any:
+                    return joint.periodic(x + s * move, separation=d + s * rise).force
+
+                error = np.abs(slope(at, 1e-6) - got) / joint.force_limit
                 assert np.median(error) < 1e-6
                 assert np.quantile(error, 0.85) < 1e-4
         np.testing.assert_allclose(
@@ -126,13 +125,13 @@ def test_where_the_joint_began(rest) -> None:
         shifted = joint.periodic(x - begin, **given_)
         np.testing.assert_array_equal(response.force, shifted.force)
         got = response.derivative(reach_of(joint) * SHAPES)
-        step = 1e-5
-        for k in range(SHAPES.shape[1]):
-            move = step * reach_of(joint) * SHAPES[:, k]
-            up, down = (joint.periodic(x + s * move, rest=rest, **given_).force for s in (1, -1))
-            np.testing.assert_allclose(
-                got[:, k], (up - down) / (2.0 * step), rtol=0, atol=1e-7 * joint.force_limit
-            )
+        for column, shape in zip(got.T, reach_of(joint) * SHAPES.T, strict=True):
+
+            def at(s: float, shape: Any = shape, given_: Any = given_) -> np.ndarray:
+                return joint.periodic(x + s * shape, rest=rest, **given_).force
+
+            wanted = slope(at, 1e-5)
+            np.testing.assert_allclose(column, wanted, rtol=0, atol=1e-7 * joint.force_limit)
     if rest == "mean":
         np.testing.assert_allclose(got[:, 0], 0.0, atol=1e-12 * joint.force_limit)
 

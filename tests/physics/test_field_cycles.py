@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from usual import SURFACE
+from usual import SURFACE, slope
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
@@ -114,12 +114,14 @@ def differences(field: ms.JointField, x: Any, d: Any, step: float) -> np.ndarray
     """The Jacobian by central differences."""
     _, _, jacobian = field.harmonics(x, ORDERS, separations=d, samples=SAMPLES)
     found = np.zeros_like(jacobian)
-    for k, e in enumerate(step * np.eye(5)):
+    for k, e in enumerate(np.eye(5)):
         for column, (dx, dd) in enumerate(((e, 0.0 * e), (0.0 * e, e))):
-            up = field.harmonics(x + dx, ORDERS, separations=d + dd, samples=SAMPLES)
-            down = field.harmonics(x - dx, ORDERS, separations=d - dd, samples=SAMPLES)
-            for row in range(2):
-                found[:, row, column, :, k] = (up[row] - down[row]) / (2.0 * step)
+
+            def at(s: float, dx: Any = dx, dd: Any = dd) -> np.ndarray:
+                moved = {"separations": d + s * dd, "samples": SAMPLES}
+                return np.stack(field.harmonics(x + s * dx, ORDERS, **moved)[:2], axis=1)
+
+            found[:, :, column, :, k] = slope(at, step)
     return found
 
 
@@ -168,14 +170,14 @@ def test_laws_without_a_profile(surface: ms.NormalLaw) -> None:
         )
     directions = RNG.normal(size=(2, SHAPE_CYCLE.shape[1], 3)) * length
     slopes, falls = varying.derivative(directions, directions[:, :, ::-1])
-    step = 1e-6
-    moves = step * directions[:, :, 0], step * directions[:, :, 2]
-    up = field.periodic(x + moves[0], d + moves[1])
-    down = field.periodic(x - moves[0], d - moves[1])
-    for slope, name in ((slopes, "force"), (falls, "load")):
-        difference = (getattr(up, name) - getattr(down, name)) / (2.0 * step)
+
+    def at(s: float) -> np.ndarray:
+        moved = field.periodic(x + s * directions[:, :, 0], d + s * directions[:, :, 2])
+        return np.stack((moved.force, moved.load))
+
+    for found, wanted in zip((slopes, falls), slope(at, 1e-6), strict=True):
         # Roots of given summits and corners of tables: differences err where a front meets one.
-        miss = np.abs(difference - slope[:, :, 0]) / np.abs(slope).max()
+        miss = np.abs(wanted - found[:, :, 0]) / np.abs(found).max()
         assert np.median(miss) < 1e-8
         assert miss.max() < 2e-2
 
@@ -187,14 +189,15 @@ SHAPE_CYCLE = np.stack((np.cos(TURNS + 0.3), np.sin(2.0 * TURNS)))
 def test_derivatives_of_a_cycle_are_its_differences() -> None:
     u, v = RNG.normal(size=(2, NODES, SAMPLES, 2))
     slopes, falls = FIELD.periodic(X, D).derivative(u, v)
-    h = 1e-13
     for k in range(2):
-        up = FIELD.periodic(X + h * u[:, :, k], D + h * v[:, :, k])
-        down = FIELD.periodic(X - h * u[:, :, k], D - h * v[:, :, k])
-        for slope, name in ((slopes, "force"), (falls, "load")):
-            found = (getattr(up, name) - getattr(down, name)) / (2.0 * h)
-            scale = np.abs(slope[:, :, k]).max(axis=1, keepdims=True)
-            np.testing.assert_allclose(found / scale, slope[:, :, k] / scale, rtol=0, atol=5e-8)
+
+        def at(s: float, k: int = k) -> np.ndarray:
+            moved = FIELD.periodic(X + s * u[:, :, k], D + s * v[:, :, k])
+            return np.stack((moved.force, moved.load))
+
+        for found, wanted in zip((slopes, falls), slope(at, 1e-13), strict=True):
+            off = np.abs(found[:, :, k] - wanted)
+            assert (off < 5e-8 * np.abs(found[:, :, k]).max(axis=1, keepdims=True)).all()
     held = FIELD.periodic(X)
     same, nothing = held.derivative(u)
     tree = joint(FIELD, 3).periodic(X[3])
@@ -272,11 +275,8 @@ def test_without_samples_the_kernel_is_the_integral_of_another_rule(
 
 def test_without_samples_the_jacobian_is_that_of_differences() -> None:
     _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS)
-    h = 1e-12
-    for k in range(5):
-        step = h * np.eye(5)[k]
-        up, down = (FIELD.harmonics(COEFFICIENTS + s * step, ORDERS)[0] for s in (1.0, -1.0))
-        slopes = (up - down) / (2.0 * h)
+    for k, way in enumerate(np.eye(5)):
+        slopes = slope(lambda s, e=way: FIELD.harmonics(COEFFICIENTS + s * e, ORDERS)[0], 1e-12)
         off = np.abs(slopes - jacobian[:, :, k]) / FIELD.tangential_stiffnesses[:, None]
         assert off.max() < 2e-5  # of second order, and digits that differences lose
 
@@ -362,22 +362,16 @@ def test_varying_separations_without_samples_reach_their_tolerance(d: np.ndarray
 
 def test_varying_separations_without_samples_have_the_jacobian_of_differences() -> None:
     _, _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=SEPARATIONS)
-    h = 2e-12
-    for k in range(10):
-        move = h * np.eye(10)[k]
-        up, down = (
-            FIELD.harmonics(
-                COEFFICIENTS + s * move[:5], ORDERS, separations=SEPARATIONS + s * move[5:]
-            )
-            for s in (1.0, -1.0)
-        )
-        for part in (0, 1):
-            slopes = (up[part] - down[part]) / (2.0 * h)
-            wanted = jacobian[:, part, k // 5, :, k % 5]
+    for k, way in enumerate(np.eye(10)):
+
+        def at(s: float, e: np.ndarray = way) -> np.ndarray:
+            x, d = COEFFICIENTS + s * e[:5], SEPARATIONS + s * e[5:]
+            return np.stack(FIELD.harmonics(x, ORDERS, separations=d)[:2])
+
+        for part, slopes in enumerate(slope(at, 2e-12)):
+            off = np.abs(slopes - jacobian[:, part, k // 5, :, k % 5])
             scale = np.abs(jacobian[:, part, 1]).max(axis=(1, 2))[:, None]
-            assert (
-                np.abs(slopes - wanted) / scale
-            ).max() < 1e-4  # of second order; they lose digits
+            assert (off / scale).max() < 1e-4  # of second order; they lose digits
 
 
 def test_separations_that_stay_need_no_rule_of_their_own() -> None:

@@ -8,10 +8,10 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from usual import slope
 
 import microslip as ms
 from microslip.friction.memory import VectorState
@@ -153,29 +153,17 @@ def test_dissipated_energy_is_never_negative() -> None:
     assert big.dissipated_energy == pytest.approx(lost, rel=1e-10), "whatever the steps"
 
 
-def jacobian_by_differences(call: Any, x: np.ndarray, h: float) -> np.ndarray:
-    found = []
-    for index in np.ndindex(x.shape):
-        e = np.zeros(x.shape)
-        e[index] = h
-        found.append((call(x + e) - call(x - e)) / (2.0 * h))
-    return np.array(found)
-
-
 def test_harmonics_have_their_jacobian() -> None:
     x = 3e-7 * np.array([[0.1, 1.0, 0.3], [-0.2, 0.4, 0.9]])
     two = ms.IsotropicJoint(JOINT, 6)
     # The Jacobian is that of the settled cycle, so differences want one that is near it.
     force, jacobian = two.harmonics(x, samples=12, tolerance=1e-10)
-    found = jacobian_by_differences(
-        lambda c: two.harmonics(c, samples=12, tolerance=1e-10)[0], x, 1e-12
-    )
-    for k in range(2):
-        for column in range(3):
-            np.testing.assert_allclose(
-                jacobian[:, k, :, column] / JOINT.tangential_stiffness,
-                found[3 * k + column] / JOINT.tangential_stiffness, rtol=0, atol=1e-7,
-            )  # fmt: skip
+    for k, way in enumerate(np.eye(6).reshape(6, 2, 3)):
+        found = slope(
+            lambda s, e=way: two.harmonics(x + s * e, samples=12, tolerance=1e-10)[0], 1e-12
+        )
+        off = np.abs(jacobian[:, k // 3, :, k % 3] - found) / JOINT.tangential_stiffness
+        assert off.max() < 1e-7
     assert force.shape == (2, 3)
     cycle = two.periodic(circle(3e-7, 24))
     assert cycle.force.shape == (24, 2)
@@ -246,16 +234,14 @@ def test_nodes_step_as_one_or_many() -> None:
     answer = state.try_(x[5], d[5])
     scale = (FIELD.friction * answer.load)[:, None]
     np.testing.assert_allclose(other.force / scale, answer.force / scale, rtol=0, atol=1e-11)
-    h = 1e-13
-    for k in range(3):
-        move = [h * np.eye(3)[k, :2], h * np.eye(3)[k, 2]]
-        up = state.try_(x[5] + move[0], d[5] + move[1])
-        down = state.try_(x[5] - move[0], d[5] - move[1])
-        slope = np.concatenate((up.force - down.force, (up.load - down.load)[:, None]), axis=1)
-        size = np.abs(answer.tangent).max()
-        np.testing.assert_allclose(
-            slope / (2.0 * h) / size, answer.tangent[:, :, k] / size, rtol=0, atol=1e-7
-        )
+    for k, way in enumerate(np.eye(3)):
+
+        def at(s: float, way: np.ndarray = way) -> np.ndarray:
+            trial = state.try_(x[5] + s * way[:2], d[5] + s * way[2])
+            return np.concatenate((trial.force, trial.load[:, None]), axis=1)
+
+        off = np.abs(slope(at, 1e-13) - answer.tangent[:, :, k])
+        assert off.max() < 1e-7 * np.abs(answer.tangent).max()
 
 
 def test_few_nodes_under_long_noise_are_single_states() -> None:
@@ -296,22 +282,16 @@ def test_harmonics_of_nodes_have_their_jacobian() -> None:
     two = FIELD.two_directions(24, nearest=NEAREST)
     x = np.stack((X, 0.7 * np.roll(X, 1, axis=0)), axis=1)
     force, load, jacobian = two.harmonics(x, separations=D, samples=SAMPLES)
-    h, size = 1e-12, np.abs(jacobian).max()
-    for k in range(3):
-        for column in range(3):
-            e, f = np.zeros((2, 3)), np.zeros(3)
-            if k < 2:
-                e[k, column] = h
-            else:
-                f[column] = h
-            up, down = (
-                two.harmonics(x + s * e, separations=D + s * f, samples=SAMPLES, tolerance=1e-9)
-                for s in (1.0, -1.0)
-            )
-            slope = np.concatenate((up[0] - down[0], (up[1] - down[1])[:, None]), axis=1)
-            np.testing.assert_allclose(
-                slope / (2.0 * h) / size, jacobian[:, :, k, :, column] / size, rtol=0, atol=5e-5
-            )  # a slider that at last just touches its circle has a derivative to either side
+    for k, way in enumerate(np.eye(9).reshape(9, 3, 3)):
+
+        def at(s: float, e: np.ndarray = way) -> np.ndarray:
+            moved, d = x + s * e[:2], D + s * e[2]
+            found = two.harmonics(moved, separations=d, samples=SAMPLES, tolerance=1e-9)
+            return np.concatenate((found[0], found[1][:, None]), axis=1)
+
+        off = np.abs(slope(at, 1e-12) - jacobian[:, :, k // 3, :, k % 3])
+        # A slider that at last just touches its circle has a derivative to either side.
+        assert off.max() < 5e-5 * np.abs(jacobian).max()
     held, own = two.harmonics(x, samples=SAMPLES)
     assert held.shape == force.shape
     assert load.shape == (NODES, 3)

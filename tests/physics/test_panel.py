@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -75,12 +76,12 @@ def test_a_flat_strip_bends_as_closed_forms_have_it() -> None:
     assert far[0] - 1e3 * near[0] == pytest.approx(cable, rel=1e-2)
 
 
-def drawing(rise: float) -> ms.BoltedBeam:
+def drawing(rise: float, left: float = -0.165, ground: Any = ("left", "right")) -> ms.BoltedBeam:
     """A narrow one, a bolt an end."""
     bolts = ms.Bolts([0.0], shank=0.008, hole=0.009, washer=0.016, tension=18e3)
-    laps = [ms.Lap(x, 0.03, bolts) for x in (-0.165, 0.165)]
+    laps = [ms.Lap(x, 0.03, bolts) for x in (left, 0.165)]
     return ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, rise=rise,
-                         style="single-lap", ground=["left", "right"])  # fmt: skip
+                         style="single-lap", ground=ground)  # fmt: skip
 
 
 def panel(rise: float) -> ms.ReducedJoint:
@@ -107,13 +108,10 @@ def test_a_drawn_rise_stiffens_solid_elements_as_it_does_the_strip_s() -> None:
 
 
 def test_drawings_that_do_not_bend_between_clamps_are_refused() -> None:
-    bolts = ms.Bolts([0.0], shank=0.008, hole=0.009, washer=0.016, tension=18e3)
-    laps = [ms.Lap(x, 0.03, bolts) for x in (-0.1, 0.165)]
-    beam = ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, ground="right")
     with pytest.raises(ms.InputError, match="two laps and ground on the left and on the right"):
-        beam.bending(STEEL)
+        drawing(0.0, -0.1, "right").bending(STEEL)
     with pytest.raises(ms.InputError, match="rise must be"):
-        ms.BoltedBeam(length=0.36, width=0.03, thickness=1.5e-3, laps=laps, rise=-1e-3)
+        drawing(-1e-3)
 
 
 ARCH = Sizes(0.4, 0.1, 1.5e-3, 2.62e-3)

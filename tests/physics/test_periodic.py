@@ -7,6 +7,7 @@ import pytest
 from cases import is_polygon, law_params, reach_of, records, stiffness_of
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from usual import fine_slope, slope
 
 import microslip as ms
 
@@ -126,12 +127,7 @@ def test_derivative_against_finite_differences(law):
     shapes = [np.ones(size), *(f(k * t) for k in (1, 2, 5, 7) for f in (np.cos, np.sin))]
     for shape in shapes:
         got = derivative(response, shape) * reach
-        central = []
-        for step in (1e-4, 2e-4):
-            up = law.periodic(reach * (x + step * shape)).force
-            down = law.periodic(reach * (x - step * shape)).force
-            central.append((up - down) / (2 * step))
-        wanted = (4 * central[0] - central[1]) / 3
+        wanted = fine_slope(lambda s, way=shape: law.periodic(reach * (x + s * way)).force, 1e-4)
         # A backbone that bends (one sphere's end, a table's knots) leaves the step size to first
         # order at the odd sample; all others agree to the noise of the difference.
         error = np.abs(got - wanted) / law.force_limit
@@ -151,12 +147,9 @@ def test_derivative_of_a_smooth_law_is_good_everywhere():
         x = np.einsum("ck,kct->t", a, harmonics) * reach_of(law)
         shape = harmonics[int(rng.integers(6)), int(rng.integers(2))]
         got = derivative(law.periodic(x), shape) * reach_of(law)
-        step = 3e-5
-        scaled = shape * reach_of(law)
-        up, down = (law.periodic(x + s * scaled).force for s in (step, -step))
-        np.testing.assert_allclose(
-            (up - down) / (2 * step), got, rtol=0, atol=1e-7 * law.force_limit
-        )
+        way = shape * reach_of(law)
+        wanted = slope(lambda s, x=x, way=way: law.periodic(x + s * way).force, 3e-5)
+        np.testing.assert_allclose(wanted, got, rtol=0, atol=1e-7 * law.force_limit)
 
 
 @all_laws

@@ -185,8 +185,8 @@ def regression(scores: Floats, logs: Floats) -> tuple[Floats, Floats, float]:
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])
     target = logs[finite]
     solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
-    squares = np.asarray(solved[1:] ** 2, dtype=np.float64)
+    squares = solved[1:] ** 2
     scatter = float(((target - target.mean()) ** 2).sum())
     residual = float(((target - matrix @ solved) ** 2).sum())
-    shares: Floats = np.asarray(squares / (squares.sum() or 1.0), dtype=np.float64)
-    return solved[1:], shares, 1.0 - residual / scatter if scatter > 0.0 else 1.0
+    explained = 1.0 - residual / scatter if scatter > 0.0 else 1.0
+    return solved[1:], squares / (squares.sum() or 1.0), explained

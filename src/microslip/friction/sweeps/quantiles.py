@@ -184,7 +184,7 @@ def regression(scores: Floats, logs: Floats) -> tuple[Floats, Floats, float]:
         return np.zeros(inputs), np.zeros(inputs), 1.0
     matrix = np.column_stack([np.ones(int(finite.sum())), scores[finite]])
     target = logs[finite]
-    solved = np.linalg.lstsq(matrix, target, rcond=None)[0]
+    solved: Floats = np.linalg.lstsq(matrix, target, rcond=None)[0].astype(np.float64)
     squares = solved[1:] ** 2
     scatter = float(((target - target.mean()) ** 2).sum())
     residual = float(((target - matrix @ solved) ** 2).sum())

@@ -14,7 +14,7 @@ import xarray
 from studies import AMPLITUDES, CURVE, LOADS, SURFACE, SURFACES, edited
 
 import microslip as ms
-from microslip._core.quantities import UNITS
+from microslip._core.quantities import QUANTITY_UNITS
 from microslip.report.predicted.numbers import FLAGS
 
 FORMATS = ('formats = ["csv"]', 'formats = ["netcdf", "csv"]\nreport = false')
@@ -117,7 +117,7 @@ def test_every_reader_sees_the_numbers_of_the_api(
         assert variable.dims == wanted[name][0], name
         same(variable.values, wanted[name][1])
         plain = name.removeprefix("curve_").removeprefix("history_")
-        unit = UNITS.get({"load": "normal_load"}.get(plain, plain), "-")
+        unit = QUANTITY_UNITS.get({"load": "normal_load"}.get(plain, plain), "-")
         assert variable.attrs["units"] == ("1" if unit == "-" else unit), name
         assert variable.attrs["long_name"], name
     assert provenance == {
@@ -186,7 +186,7 @@ def test_the_tables_hold_the_numbers_of_the_result(result: ms.Result, folder: Pa
     for name, wanted in tables.items():
         head, *rows = (folder / f"{name}.csv").read_text("utf-8").splitlines()
         columns = ["normal_load", *wanted[0].columns()]
-        assert head.split(",") == [f"{column} [{UNITS[column]}]" for column in columns]
+        assert head.split(",") == [f"{column} [{QUANTITY_UNITS[column]}]" for column in columns]
         found = np.array([row.split(",") for row in rows], dtype=float)
         blocks = np.split(found, len(wanted))  # loads one below the other
         for joint, table, block in zip(result.joints, wanted, blocks, strict=True):

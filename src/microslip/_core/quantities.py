@@ -159,5 +159,5 @@ QUANTITIES: dict[str, Quantity] = {
 }  # fmt: skip
 """Meaning of the names of columns, keys and variables, in SI units."""
 
-UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}
+QUANTITY_UNITS: dict[str, str] = {name: quantity.unit for name, quantity in QUANTITIES.items()}
 """Unit of every quantity in tables and summaries."""

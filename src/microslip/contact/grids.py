@@ -20,7 +20,7 @@ from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.kernels.profile import Profile
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 from microslip._core.quadrature import gauss_legendre
 from microslip.contact.base import NormalLaw
 from microslip.contact.spline import over_pairs
@@ -67,7 +67,7 @@ def _row(law: NormalLaw, kind: Difference, d: float, u: Floats) -> Floats:
     power = _POWERS[kind]
     last = float(exact(d, np.array([reach]))[0])
     load = law._derivative_at(d, 0)
-    table = Table.sample(
+    table = PolynomialTable.sample(
         lambda v: exact(d, v) / v**power,
         reach,
         power,

@@ -13,7 +13,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.kernels import Integers
-from microslip._core.kernels.table import NODES, TO_SERIES, Table
+from microslip._core.kernels.table import NODES, TO_SERIES, PolynomialTable
 
 _BLOCK = 1 << 18  # products held at a time
 CACHED = 1 << 14  # the same where there are many passes over them: as many as a cache holds
@@ -79,7 +79,7 @@ class Contacts:
         # Summits of one height are one.
         self._s, groups = np.unique(indentations, return_inverse=True)
         self._k: Floats = np.bincount(groups, constants).astype(float)
-        self._tables: dict[float, Table] = {}
+        self._tables: dict[float, PolynomialTable] = {}
         self._panels = 0
         self._outer: Contacts | None = None
         if self._s.size <= _FEW_SUMMITS:
@@ -144,7 +144,7 @@ class Contacts:
     def _terms(self, kind: Summand, v: Any, summits: Integers) -> Floats:
         return _terms(kind, v, self._s[summits], self._k[summits])
 
-    def _far(self, kind: Summand) -> Table:
+    def _far(self, kind: Summand) -> PolynomialTable:
         """Tabulate the sum over contacts with s beyond the panel of v and the next two.
 
         The table holds the sum divided by v**kind.order, which is smooth on each panel of v.
@@ -184,7 +184,7 @@ class Contacts:
                     sums[row] = np.bincount(at, terms, minlength=len(values))
                 values += sums.T
         end = self._width * self._panels
-        return Table.from_series(values @ TO_SERIES, end, kind.order, 0.0)
+        return PolynomialTable.from_series(values @ TO_SERIES, end, kind.order, 0.0)
 
 
 def _terms(kind: Summand, v: Any, s: Floats, k: Floats) -> Floats:

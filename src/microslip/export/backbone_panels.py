@@ -14,7 +14,7 @@ from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.kernels.profile import Profile
-from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES, Table
+from microslip._core.kernels.table import NODES, TO_POWERS, TO_SERIES, PolynomialTable
 from microslip._core.quadrature import gauss_legendre
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction import BackboneLaw, Interface, IsotropicField
@@ -42,7 +42,7 @@ class BackbonePanels:
 
     @classmethod
     def of(cls, law: BackboneLaw, smallest: float) -> BackbonePanels:
-        """Return the panels of a law, those of its kernel :class:`Table` if it has one.
+        """Return the panels of a law, those of its kernel :class:`PolynomialTable` if it has one.
 
         Otherwise the kinks of the law are edges, and panels are halved until the truncation error
         is within rounding, or negligible against the force at the ``smallest`` amplitude [m].
@@ -88,7 +88,7 @@ class BackbonePanels:
 
     def _evaluate(self, u: Floats) -> tuple[Floats, Floats]:
         if self.inverse_width > 0.0:
-            table = Table(lock(self.coefficients), self.inverse_width, 1, self.limit, 0.0)
+            table = PolynomialTable(lock(self.coefficients), self.inverse_width, 1, self.limit, 0.0)
             return table.value_and_slope(u)
         panel = np.clip(np.searchsorted(self.edges, u, side="right") - 1, 0, len(self.edges) - 2)
         low, high = self.edges[panel], self.edges[panel + 1]

@@ -11,7 +11,7 @@ from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 from microslip._core.parameters import parameter
 from microslip.friction.base import BackboneLaw
 from microslip.friction.sliders import Sliders
@@ -40,11 +40,11 @@ class Coulomb(BackboneLaw):
     force_limit: float = field(metadata=parameter("F", "N", "force at which it slips", above=0.0))
 
     @cached_property
-    def _rigid_table(self) -> Table:
+    def _rigid_table(self) -> PolynomialTable:
         """Polynomial table of T0 for the compiled kernels: the constant F [N] at u > 0."""
         coefficients = np.zeros((1, kernels.TERMS))
         coefficients[0, 0] = self.force_limit
-        return Table(lock(coefficients), 1.0, 0, self.force_limit, 0.0)
+        return PolynomialTable(lock(coefficients), 1.0, 0, self.force_limit, 0.0)
 
     def _backbone(self, u: Floats) -> Floats:
         return np.where(u > 0.0, self.force_limit, 0.0)

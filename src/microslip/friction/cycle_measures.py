@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from microslip._core.checks import Floats, check_one_of, floats, plain, sized
 from microslip._core.errors import InputError
 from microslip._core.inversion import adaptive, invert
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 from microslip.friction.loops import Loop, checked_cycle, halves_of
 
 
@@ -48,7 +48,7 @@ class CycleMeasures(ABC):
         """Slope T0' [N/m] of the backbone at displacements u >= 0 [m], one-dimensional."""
 
     @property
-    def _table(self) -> Table | None:
+    def _table(self) -> PolynomialTable | None:
         """Polynomials for T0 over the displacement, or None for a law that is cheap to evaluate."""
         return None
 

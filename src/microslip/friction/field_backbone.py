@@ -9,7 +9,7 @@ import numpy as np
 
 from microslip._core.checks import Floats
 from microslip._core.frozen import Locked, lock
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 from microslip._core.quadrature import gauss_legendre
 from microslip.contact.load_curve import LoadCurve
 from microslip.friction.base import BackboneLaw
@@ -60,19 +60,19 @@ class FieldBackbone(Locked, BackboneLaw):
         return float(np.max((self._curve.parting() - self._steps) * self._slips))
 
     @cached_property
-    def _table(self) -> Table | None:
+    def _table(self) -> PolynomialTable | None:
         if self._curve.profile(float(self._steps.min()), 0.0) is None:
             return None
-        return Table.sample(
+        return PolynomialTable.sample(
             lambda u: self._exact_backbone(u) / u, self._full_slip, 1, self.force_limit
         )
 
     @cached_property
-    def _energy_tables(self) -> tuple[Table, Floats] | None:
+    def _energy_tables(self) -> tuple[PolynomialTable, Floats] | None:
         """Piecewise polynomial dE_d/da [N] of amplitude a [m], and E_d [J] where pieces begin."""
         if self._table is None:
             return None
-        table = Table.sample(
+        table = PolynomialTable.sample(
             lambda u: self._exact_energy_slope(u) / u**2,
             self._full_slip,
             2,
@@ -124,6 +124,6 @@ class FieldBackbone(Locked, BackboneLaw):
         )
 
 
-def _between(table: Table, low: Floats, high: Floats) -> Floats:
+def _between(table: PolynomialTable, low: Floats, high: Floats) -> Floats:
     places = low[:, None] + (high - low)[:, None] * _NODES
     return np.asarray((high - low) * (table.value(places) @ _WEIGHTS))

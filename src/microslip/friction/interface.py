@@ -24,7 +24,7 @@ from microslip._core.checks import (
 )
 from microslip._core.errors import InputError
 from microslip._core.frozen import assign
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 from microslip._core.parameters import parameter
 from microslip.contact.base import FAINTEST, NormalLaw
 from microslip.contact.load_curve import check_surface
@@ -210,20 +210,20 @@ class Interface(CoupledLaw):
         return None if reach is None else reach * self.slip_per_indentation
 
     @cached_property
-    def _table(self) -> Table | None:
+    def _table(self) -> PolynomialTable | None:
         if self._full_slip is None:
             return None
-        return Table.sample(
+        return PolynomialTable.sample(
             lambda u: self._exact_backbone(u) / u, self._full_slip, 1, self.force_limit
         )
 
     @cached_property
-    def _energy_table(self) -> Table | None:
+    def _energy_table(self) -> PolynomialTable | None:
         if self._full_slip is None:
             return None
         last = float(self._exact_energy(np.array([self._full_slip]))[0])
         # Beyond full slip dE_d/da = 4 mu N.
-        return Table.sample(
+        return PolynomialTable.sample(
             lambda u: self._exact_energy(u) / u**3,
             self._full_slip,
             3,

@@ -19,8 +19,8 @@ from microslip.friction.base import BackboneLaw
 from microslip.friction.law_bands import LawBand
 from microslip.readers.files import usable
 
-KIND = "microslip-law"
-VERSION = 1
+_KIND = "microslip-law"
+_VERSION = 1
 _LARGEST = 10_000_000  # bytes: a million cells of an Iwan model
 
 
@@ -35,8 +35,8 @@ def law_content(law: BackboneLaw, band: LawBand | None = None) -> dict[str, Any]
         raise InputError(f"`law` must be one of {', '.join(kinds)}, got {show(law)}")
     units = {item.name: item.unit or "-" for item in parameters_of(type(law))}
     return {
-        "kind": KIND,
-        "version": VERSION,
+        "kind": _KIND,
+        "version": _VERSION,
         "law": key_of(type(law)),
         "parameters": {name: np.asarray(getattr(law, name)).tolist() for name in units},
         "units": units,
@@ -125,11 +125,11 @@ def _read(path: str | PathLike[str]) -> tuple[Path, dict[str, Any]]:
         content: Any = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{file.name}: is not a JSON law file ({error})") from None
-    if not isinstance(content, dict) or content.get("kind") != KIND:
-        raise InputError(f'{file.name}: is not a law file: "kind" must be "{KIND}"')
-    if content.get("version") != VERSION:
+    if not isinstance(content, dict) or content.get("kind") != _KIND:
+        raise InputError(f'{file.name}: is not a law file: "kind" must be "{_KIND}"')
+    if content.get("version") != _VERSION:
         raise InputError(
-            f"{file.name}: version must be {VERSION}, got {show(content.get('version'))}"
+            f"{file.name}: version must be {_VERSION}, got {show(content.get('version'))}"
         )
     return file, content
 

@@ -11,7 +11,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
 from microslip._core.files import atomic_file
-from microslip._core.quantities import UNITS, Quantity, count
+from microslip._core.quantities import QUANTITY_UNITS, Quantity, count
 from microslip.report import cells
 from microslip.report.document import Block, Document, Section, Table
 from microslip.report.files import complete, csv_file, header
@@ -42,7 +42,7 @@ def batch_document(batch: Batch) -> Document:
         "items": len(batch.outcomes),
         "done": len(done),
         "failed": DataSet.of_rows(reasons).records(),
-        "units": dict(UNITS),
+        "units": dict(QUANTITY_UNITS),
         "files": [],
     }
     files = (csv_file("items.csv", lambda: items_data(done, columns)),)
@@ -63,7 +63,7 @@ def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
 def items_data(completed: list[Outcome], columns: dict[str, Floats]) -> DataSet:
     """Return the numbers of all items, one row per load and amplitude."""
     items = [outcome["item"] for outcome in completed for _ in outcome["rows"]]
-    numbers = {name: (Quantity(UNITS.get(name, "-")), v) for name, v in columns.items()}
+    numbers = {name: (Quantity(QUANTITY_UNITS.get(name, "-")), v) for name, v in columns.items()}
     return DataSet.of_rows({"item": (count("Item"), items), **numbers})
 
 

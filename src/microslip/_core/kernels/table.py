@@ -35,7 +35,7 @@ _PANELS = (16, 24, 32, 48, 64, 96, 128, 192, 256)
 
 
 @dataclass(frozen=True, eq=False)
-class Table(Locked):
+class PolynomialTable(Locked):
     """Function u^power S(u), u >= 0, with S polynomial on equal panels; linear beyond them."""
 
     coefficients: Floats  # (panels, TERMS)
@@ -53,7 +53,7 @@ class Table(Locked):
         limit: float,
         rate: float = 0.0,
         tolerance: float = 1e-13,
-    ) -> Table | None:
+    ) -> PolynomialTable | None:
         """Sample S on (0, end]; None if panels do not resolve it to the relative ``tolerance``.
 
         Storing S instead of the function keeps the relative accuracy as u approaches 0. Panels are
@@ -78,7 +78,7 @@ class Table(Locked):
     @classmethod
     def from_series(
         cls, series: Floats, end: float, power: int, limit: float, rate: float = 0.0
-    ) -> Table:
+    ) -> PolynomialTable:
         """Create a table from Chebyshev series of S: one row per panel, at least TERMS columns."""
         powers = np.ascontiguousarray(series[:, : kernels.TERMS] @ TO_POWERS)
         return cls(lock(powers), len(series) / end, power, limit, rate)

@@ -19,7 +19,7 @@ import numpy as np
 from microslip._core import kernels
 from microslip._core.checks import Floats
 from microslip._core.kernels import Integers
-from microslip._core.kernels.table import Table
+from microslip._core.kernels.table import PolynomialTable
 
 CurveFunction = Callable[[Floats], Floats]
 
@@ -79,7 +79,7 @@ class Memory:
             stack = stack[: 2 * depth + 8].copy()
         self.stack, self.depth = stack, depth
 
-    def respond(self, x: Floats, backbone: CurveFunction, table: Table | None) -> Floats:
+    def respond(self, x: Floats, backbone: CurveFunction, table: PolynomialTable | None) -> Floats:
         """Return the values at displacements ``x``, one-dimensional, and update the memory.
 
         A table of the ``backbone`` lets the kernel compute them in one pass.

@@ -12,7 +12,7 @@ import numpy as np
 from microslip._core.checks import Floats, show
 from microslip._core.errors import InputError
 from microslip._core.kernels import TERMS
-from microslip._core.kernels.table import NODES, TO_SERIES, Table
+from microslip._core.kernels.table import NODES, TO_SERIES, PolynomialTable
 from microslip.contact import (
     AsperityPopulation,
     GreenwoodWilliamson,
@@ -91,7 +91,7 @@ class Template:
         return np.asarray(by_step / self.law._derivative_at(here, 0))
 
     @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019
-    def _table(self, z: float) -> Table | None:
+    def _table(self, z: float) -> PolynomialTable | None:
         """Return the table for :meth:`share` at separation z; None if n is not smooth."""
         reach = self.law._table_reach(z * self.unit)
         if reach is None:
@@ -102,7 +102,7 @@ class Template:
             series = (self._exact(z, x) / x).reshape(panels, -1) @ TO_SERIES
             # The quotient is not larger than the rate.
             if np.abs(series[:, TERMS - 1 :]).max() <= _LEFT_OUT * rate:
-                return Table.from_series(series, end, 1, 1.0)
+                return PolynomialTable.from_series(series, end, 1, 1.0)
         return None
 
     # -- back to surfaces ------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.dataset import DataSet, Variable
-from microslip._core.quantities import UNITS, Quantity, json_value, named
+from microslip._core.quantities import QUANTITY_UNITS, Quantity, json_value, named
 from microslip._core.units import engineering, significant
 from microslip.friction import Interface, PressedJoint
 from microslip.report.files import header
@@ -159,7 +159,7 @@ def prediction_summary(result: Prediction, defaults: Sequence[str]) -> dict[str,
         "notes": notes,
         **{name: numbers for name, numbers in parts.items() if numbers is not None},
         "joints": [_joint(result, index) for index in range(len(result.joints))],
-        "units": dict(UNITS),
+        "units": dict(QUANTITY_UNITS),
         "files": [],
     }
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.checks import Progress
-from microslip._core.quantities import UNITS
+from microslip._core.quantities import QUANTITY_UNITS
 from microslip._version import __version__
 from microslip.report import cells
 from microslip.report.cells import si
@@ -60,7 +60,7 @@ def preview(study: StudyDescription, progress: Progress | None = None) -> Docume
         "loops": loads * len(amplitudes),
         "points": loads * points,
         "samples": loads * samples,
-        "units": dict(UNITS),
+        "units": dict(QUANTITY_UNITS),
     }
     cost = None if study.structure is None else cost_of(study)
     if cost is not None:

@@ -390,18 +390,9 @@ def test_check_refuses_what_a_run_would_and_tells_what_it_takes(folder: Path) ->
     assert 1.6 * low > factor + reduction + 17 * balance
     assert 5000 < data["degrees_of_freedom"] < 40_000
     for change, message in (
-        (
-            'structure.sensor={at=["0.5 m","0 m","0 m"]}',
-            r"structure\.sensor: .*must lie on the bodies",
-        ),
-        (
-            'structure.length="320 m"',
-            r"above the limit of 10000; check the lengths 320 x 0\.02 x 0\.02",
-        ),
-        (
-            "structure.modes=[40]",
-            r"structure\.modes, item 1.*: wanted a mode from 1 to 10.*, got 40",
-        ),
+        ('structure.sensor={at=["0.5 m","0 m","0 m"]}', r"\.sensor: .*must lie on the bodies"),
+        ('structure.length="320 m"', r"limit of 10000; check the lengths 320 x 0\.02 x 0\.02"),
+        ("structure.modes=[40]", r"\.modes, item 1.*: wanted a mode from 1 to 10.*, got 40"),
     ):
         with pytest.raises(ms.StudyError, match=message):
             preview(ms.Study.load(folder / "strip.toml", [change]))

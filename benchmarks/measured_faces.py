@@ -21,7 +21,7 @@ import numpy as np
 from rough_faces import rough
 
 import microslip as ms
-from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, beside
+from microslip.figures.plot import COLORS, Area, Axis, Entry, Line, Panel, Plot
 from microslip.figures.svg import svg
 
 STEEL = ms.Material(210e9, 0.3)
@@ -150,7 +150,9 @@ def figure(path: Path) -> None:
         loops.items.append(Line(1e9 * loop.displacement, loop.force / load, color, width))
         entries.append(Entry(name, color))
     entries.append(Entry("pieces of the face", "#e8e8e8"))
-    path.write_bytes(svg(beside([curves, loops], 3.6, legend=entries)))
+    loops.cell = (0, 0, 1, 1)
+    page = Plot([curves, loops], 3.6, widths=(1.0, 1.0), legend=tuple(entries))
+    path.write_bytes(svg(page))
 
 
 if __name__ == "__main__":

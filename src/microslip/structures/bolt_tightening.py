@@ -44,10 +44,7 @@ def proof_stress(grade: object, diameter: float) -> float:
 
 def tension_band(tightening_factor: float) -> tuple[float, float]:
     """Return smallest and largest preload at one tightening torque, relative to their mean [-]."""
-    factor = positive("tightening_factor", tightening_factor, "", TIGHTENING_FACTOR)
-    if factor < 1.0:
-        raise InputError(f"`tightening_factor` must be at least 1, got {exact(factor)}")
-    return 2.0 / (1.0 + factor), 2.0 * factor / (1.0 + factor)
+    return 2.0 / (1.0 + tightening_factor), 2.0 * tightening_factor / (1.0 + tightening_factor)
 
 
 @dataclass(frozen=True)

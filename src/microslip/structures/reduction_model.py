@@ -165,16 +165,17 @@ class ReducedJoint(LockedArrays):
         The gap of a patch is the mean over its sample points.
         """
         factor = number("factor", factor)
-        table = None if callable(form) else floats("form", form, missing=True)
-        if table is not None and table.ndim == 1:
-            if table.shape != (self.patches,):
-                raise InputError(
-                    f"form must have one gap for each of the {self.patches} patches, got shape "
-                    f"{table.shape}"
-                )
-            gaps = table
-        else:
+        if not callable(form):
+            form = floats("form", form, missing=True)
+        if callable(form) or form.ndim != 1:
             gaps = mean_over(self.samples, gaps_at(form, self.samples.places), self.patches)
+        elif form.shape == (self.patches,):
+            gaps = form
+        else:
+            raise InputError(
+                f"form must have one gap for each of the {self.patches} patches, got shape "
+                f"{form.shape}"
+            )
         unknown = np.flatnonzero(~np.isfinite(gaps))
         if unknown.size:
             x, y = self.patch_centres[unknown[0]]

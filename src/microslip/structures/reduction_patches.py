@@ -339,16 +339,14 @@ def gaps_at(form: Any, places: Floats) -> Floats:
                 f"{values.shape} for {len(places)} positions"
             )
         return values
-    table = floats("form", form, missing=True)
-    if table.ndim != 2 or table.shape[1] != 3:
+    if form.ndim != 2 or form.shape[1] != 3:
         raise InputError(
             "form must be a function of x and y, or a table with the columns x, y and gap [m], got "
-            f"{show(form) if table.ndim != 2 else f'shape {table.shape}'}"
+            f"shape {form.shape}"
         )
-    measured = table[np.isfinite(table).all(axis=1)]
+    measured = form[np.isfinite(form).all(axis=1)]
     if len(measured) < 4:
         raise InputError(f"form must have at least 4 positions, got {len(measured)}")
-    floats("form", measured)
     return _interpolated(measured, places)
 
 

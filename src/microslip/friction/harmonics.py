@@ -71,20 +71,13 @@ def harmonic_force(
     table = law._table
     if c[int(basis.has_mean) :].any():
         table = table or getattr(law, "_rigid_table", None)
-    if table is not None and basis.in_kernel:
-        values, slopes = basis.integrated(
-            c[None], begin, tolerance, kernels.compiled.table_harmonics, *table.arguments
-        )
-        return HarmonicForce(values[0], slopes[0] if moves is None else slopes[0] * moves)
-    pieces = getattr(law, "_pieces", None)
-    if pieces is not None and basis.in_kernel:
-
-        def kernel(rows: Floats, size: int, wide: int, rtol: float, *out: Floats) -> Any:
-            return kernels.compiled.field_harmonics(
-                rows, size, wide, rtol, *out, _NO_REST, *pieces.arguments
-            )
-
-        values, slopes = basis.integrated(c[None], begin, tolerance, kernel)
+    kernel: Any = None
+    if basis.in_kernel and table is not None:
+        kernel, line = kernels.compiled.table_harmonics, table.arguments
+    elif basis.in_kernel and (pieces := getattr(law, "_pieces", None)) is not None:
+        kernel, line = kernels.compiled.field_harmonics, (_NO_REST, *pieces.arguments)
+    if kernel is not None:
+        values, slopes = basis.integrated(c[None], begin, tolerance, kernel, *line)
         return HarmonicForce(values[0], slopes[0] if moves is None else slopes[0] * moves)
     motion = _Motion(basis, c, begin, np.ones(basis.size) if moves is None else moves)
     if motion.turns.size < 2:

@@ -218,14 +218,14 @@ def _add_records(add: Add, joint: Any) -> None:
     add("identify", ms.identify, records=record, rig_stiffness=(1e12, 1e10))
     add("compare", ms.compare, records=record, laws=["jenkins"])
     add("measure, folded", ms.measure, record=record, confidence=0.9)
-    add("identify an interface", ms.identify, ("pair",), records=record, normal_load=9.0,
-        pair=joint.surface.pair, area=1e-4)  # fmt: skip
     add("VirtualTribometer with noise", ms.VirtualTribometer, joint=joint, noise=0.01,
         sample_rate=100.0)  # fmt: skip
     loaded = ms.Record(
         displacement=x, force=force, sample_rate=64.0, normal_load=np.full(x.size, 9.0)
     )
     found = ms.identify(loaded)
+    add("identify an interface", ms.identify, ("pair",), records=loaded, pair=joint.surface.pair,
+        area=1e-4)  # fmt: skip
     for quantity in (
         "force", "dissipated_energy", "damping_ratio", "loss_factor", "secant_stiffness",
     ):  # fmt: skip

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 
 import microslip as ms
-from microslip.laboratory.regimes import GROSS, STICK
+from microslip.laboratory.measurement import GROSS, STICK
 from microslip.report.document import Table
 from microslip.report.measured import measurement_document
 

@@ -21,7 +21,7 @@ from microslip.laboratory import (
 )
 from microslip.laboratory.blocks import blocks_of
 from microslip.laboratory.estimates import quantile
-from microslip.laboratory.regimes import GROSS, STICK
+from microslip.laboratory.measurement import GROSS, STICK
 from microslip.laboratory.settling import excess_loss_notes
 from microslip.laboratory.spikes import spikes_of
 from microslip.report.measured import measurement_document

@@ -13,7 +13,7 @@ from own_laws import Ramp
 from usual import PAIR, rough
 
 import microslip as ms
-from microslip.identification.models.interface import InterfaceModel, Materials
+from microslip.identification.interface_model import InterfaceModel, Materials
 
 
 def test_heights_of_ones_own_stand_on_surfaces_and_in_fits() -> None:

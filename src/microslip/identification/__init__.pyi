@@ -1,7 +1,7 @@
+from .bands import Estimate as Estimate
 from .compared import ComparedLaw as ComparedLaw
 from .compared import Comparison as Comparison
 from .compared import compare as compare
-from .estimate import Estimate as Estimate
 from .found import Identification as Identification
 from .masing import Masing as Masing
 from .record_fit import RecordFit as RecordFit

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtri
@@ -25,6 +26,17 @@ _RUNS = (1, 8, 16, 32, 64)
 """Lengths of runs of residuals whose sums are compared with white noise."""
 _UNLIKELY = 0.01
 """Probability below which residuals or cycles scatter more than noise."""
+
+
+class Estimate(NamedTuple):
+    """Value with its 95 % confidence interval; all fields are numbers, or arrays of one shape."""
+
+    value: Any
+    """Best estimate; not a number where only one end of the interval is known."""
+    low: Any
+    """Lower end."""
+    high: Any
+    """Upper end; infinite if the loops give no upper bound."""
 
 
 class Bands:
@@ -166,8 +178,8 @@ class Bands:
         mean = self._mean_statistic(c) if self._is_few else self._mean_of_probes
         return min(max(mean, 1.0), _MOST)
 
-    def interval(self, c: Floats) -> tuple[float, float, float]:
-        """Return value, lower and upper end of c.x for the coefficients ``c`` of a functional."""
+    def interval(self, c: Floats) -> Estimate:
+        """Return c.x with its interval for the coefficients ``c`` of a functional."""
         fit = self.fit
         scaled = np.zeros(fit.g.size)
         scaled[: c.size] = c
@@ -182,16 +194,11 @@ class Bands:
         level = QUANTILE * self.calibration(scaled) * excess
         low, _ = Path(fit.cone, fit.h, fit.g, scaled).until(level=level)
         high, _ = Path(fit.cone, fit.h, fit.g, -scaled).until(level=level)
-        return value, min(low, value), max(-high, value)
+        return Estimate(value, min(low, value), max(-high, value))
 
 
-def widened(
-    value: float, low: float, high: float, errors: Sequence[float]
-) -> tuple[float, float, float]:
-    """Return value, low and high, with standard errors added in quadrature to both half-widths."""
+def widened(value: float, low: float, high: float, errors: Sequence[float]) -> Estimate:
+    """Return an estimate with standard errors added in quadrature to both half-widths."""
     extra = QUANTILE * sum(error * error for error in errors)
-    return (
-        value,
-        value - math.sqrt((value - low) ** 2 + extra),
-        value + math.sqrt((high - value) ** 2 + extra),
-    )
+    below, above = (math.sqrt(half**2 + extra) for half in (value - low, high - value))
+    return Estimate(value, value - below, value + above)

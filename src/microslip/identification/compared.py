@@ -20,7 +20,6 @@ from microslip.identification.bands import Bands
 from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import interface_law, interface_starts
-from microslip.identification.models.interface import Values
 from microslip.identification.nonnegative import cone_of, minimum
 from microslip.identification.rows import Rows
 from microslip.identification.run import fitted_records
@@ -137,8 +136,8 @@ def compare(
     laws : sequence of str, optional
         Among "interface", "jenkins", "segalman" and "iwan" (eight cells).
     options : optional
-        ``normal_load``, ``rig_stiffness``, ``noise`` and ``heights`` of
-        :func:`microslip.identify`, the same for all laws.
+        ``rig_stiffness``, ``noise`` and ``heights`` of :func:`microslip.identify`, the same for all
+        laws.
 
     Returns
     -------
@@ -231,20 +230,15 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
                 Unknown("chi", "", -0.3, False, -0.99, 3.0),
                 Unknown("beta", "", 0.3, False, 0.0, 100.0),
             ),
-            _segalman,
+            lambda u, v, _: np.asarray(
+                SegalmanIwan(v["force_limit"], v["stiffness"], v["chi"], v["beta"])._backbone(u)
+            ),
         )
     problem, q, least, _ = solve(statistics, law, starts=starts)
     values, about = problem.values(q), problem.statistics.fit
     rise = least - problem.statistics.least + about.chi_squared - fit.chi_squared
     x = problem.coefficients(values) / about.scale
     return _Fit(max(rise, 0.0), q.size, x, values, about)
-
-
-def _segalman(u: Floats, v: Values, _: float | None) -> Floats:
-    law = SegalmanIwan(
-        stiffness=v["stiffness"], force_limit=v["force_limit"], chi=v["chi"], beta=v["beta"]
-    )
-    return np.asarray(law._backbone(u))
 
 
 def _cells(fit: FreeForm) -> _Fit:

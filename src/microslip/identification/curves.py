@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from microslip.friction.law_bands import LawBand
-from microslip.identification.estimate import Estimate
+from microslip.identification.bands import Estimate
 from microslip.identification.loads import groups_of
 
 CONFIDENCE = 0.95

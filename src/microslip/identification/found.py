@@ -18,11 +18,10 @@ from microslip.contact.materials import MaterialPair
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
 from microslip.friction.slider_law import SliderLaw
-from microslip.identification.bands import QUANTILE, Bands, widened
-from microslip.identification.estimate import Estimate as Estimate
+from microslip.identification.bands import QUANTILE, Bands, Estimate, widened
 from microslip.identification.free_form import FreeForm
-from microslip.identification.functionals import joint_alone, quantity_of
 from microslip.identification.interface_step import interface_step
+from microslip.identification.loads import joint_alone
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
 from microslip.identification.second_step import InterfaceStep, Parameter, Statistics
@@ -168,10 +167,10 @@ class Identification(Locked, Plottable):
             c[: y.size] += at.by_stiffness * slope
         return c
 
-    def _interval(self, at: _At, shape: Callable[[Floats], Floats]) -> tuple[float, float, float]:
+    def _interval(self, at: _At, shape: Callable[[Floats], Floats]) -> Estimate:
         value = _total(at, shape)
         middle, low, high = self._bands[id(at.fit)].interval(self._coefficients(at, shape))
-        return value, value + low - middle, value + high - middle
+        return Estimate(value, value + low - middle, value + high - middle)
 
     def _force_of(self, at: _At, u: float) -> tuple[Floats, float, float]:
         """Return the force at u [m], rig included: derivatives, value [N], slope by u [N/m]."""
@@ -212,7 +211,7 @@ class Identification(Locked, Plottable):
         softer = 1.0 / max(1.0 - self._compliance * slope, 1e-3)
         c_energy = c_energy + energy_slope * self._compliance * softer * c_force
         c_force = c_force * softer
-        value, by_force, by_energy = quantity_of(name, force, energy, a)
+        value, by_force, by_energy = _quantity_of(name, force, energy, a)
         gain_f, gain_x = (self.gain_errors.get(key, 0.0) for key in ("force", "displacement"))
         moved = by_force * slope + by_energy * energy_slope
         # A gain g of the displacement makes T(a/g) of T(a) and g E(a/g) of E(a).
@@ -227,9 +226,7 @@ class Identification(Locked, Plottable):
         # All quantities are sums of stiffnesses with factors that are not negative.
         return value, low if low > _NOTHING * abs(high) else 0.0, high
 
-    def _with_rig(
-        self, name: str, at: _At, a: float, ends: tuple[float, float, float]
-    ) -> tuple[float, float]:
+    def _with_rig(self, name: str, at: _At, a: float, ends: Estimate) -> tuple[float, float]:
         """Return the interval of a quantity, ``ends`` without the error of the rig, with it."""
         value, low, high = ends
         if self.rig_stiffness is None or not self.rig_stiffness[1]:
@@ -239,7 +236,7 @@ class Identification(Locked, Plottable):
         for compliance in (self._compliance * (1.0 - part), self._compliance * (1.0 + part)):
             u = self._in_series(at, a, max(compliance, 0.0))
             force = float(_sum(at, np.array([u]))[0])
-            others.append(quantity_of(name, force, _energy(at, u), a)[0])
+            others.append(_quantity_of(name, force, _energy(at, u), a)[0])
         less, more = value - min(*others, value), max(*others, value) - value
         return value - math.hypot(value - low, less), value + math.hypot(high - value, more)
 
@@ -288,20 +285,20 @@ class Identification(Locked, Plottable):
         at = self._at(normal_load)
         near = at.fit.finest * _NEAR
 
-        def rest(further: float) -> tuple[float, float, float]:
+        def rest(further: float) -> Estimate:
             return self._interval(at, lambda y: np.where(y > 0.0, 1.0 + further * (y <= near), 0.0))
 
-        low = rest(0.0)[1]
+        low = rest(0.0).low
         # Sliders below the finest threshold stand there with the same force, and so with about half
         # of their stiffness: their density is that of the thresholds next to it.
-        value = rest(0.5 / (_NEAR - 0.5))[0]
-        high = rest(_STEEPEST)[2]
+        value = rest(0.5 / (_NEAR - 0.5)).value
+        high = rest(_STEEPEST).high
         if high > (1.0 + _SPARE) * value:
             # Open, unless the density of sliders demonstrably rises less steeply towards zero.
             rises = self._interval(
                 at, lambda y: np.where(y <= near, 1.0 * (y > 0.0), -_LESS * (y <= _NEAR * near))
             )
-            high = high if rises[2] <= 0.0 else math.inf
+            high = high if rises.high <= 0.0 else math.inf
         gains = [self.gain_errors.get(key, 0.0) * value for key in ("force", "displacement")]
         value, low, high = widened(value, low, high, gains)
         if self.rig_stiffness is None:
@@ -330,9 +327,9 @@ class Identification(Locked, Plottable):
         force = self._interval(at, lambda y: np.minimum(a, y))
         inner = 0.9 * a
         slope = self._interval(at, lambda y: np.minimum(a, y) - np.minimum(inner, y))
-        further = slope[2] * a / (a - inner)
-        value, low, high = widened(*force, [self.gain_errors.get("force", 0.0) * force[0]])
-        if further > _FLAT * force[0]:
+        further = slope.high * a / (a - inner)
+        value, low, high = widened(*force, [self.gain_errors.get("force", 0.0) * force.value])
+        if further > _FLAT * force.value:
             return Estimate(math.nan, low, math.inf)
         return Estimate(value, low, high + further)
 
@@ -424,7 +421,7 @@ class Identification(Locked, Plottable):
             value, error = self.rig_stiffness
             if math.isinf(value):
                 return Estimate(value, value, value)
-            return Estimate(*widened(value, value, value, [error]))
+            return widened(value, value, value, [error])
         return Estimate(math.nan, self.stiffness.low, math.inf)
 
     @cached_property
@@ -455,6 +452,18 @@ class Identification(Locked, Plottable):
             f"Identification({count} record{'s' if count > 1 else ''}, {self.series}, "
             f"reduced_chi_squared={self.reduced_chi_squared:.3g})"
         )
+
+
+def _quantity_of(name: str, force: float, energy: float, a: float) -> tuple[float, float, float]:
+    """Return a quantity at amplitude a [m], and its derivatives d/d(force) and d/d(energy)."""
+    if name == "force":
+        return force, 1.0, 0.0
+    if name == "energy":
+        return energy, 0.0, 1.0
+    if name == "secant":
+        return force / a, 1.0 / a, 0.0
+    factor = (1.0 if name == "loss" else 0.5) / (math.pi * a * force)
+    return factor * energy, -factor * energy / force, factor
 
 
 def _total(at: _At, shape: Callable[[Floats], Floats], shift: float = 0.0) -> float:

@@ -15,14 +15,14 @@ from microslip._core.wording import did_you_mean
 from microslip.contact import GreenwoodWilliamson, TabulatedNormalLaw
 from microslip.contact.materials import MaterialPair
 from microslip.identification.bands import QUANTILE
-from microslip.identification.estimate import as_pair
 from microslip.identification.free_form import FreeForm
-from microslip.identification.models.interface import (
+from microslip.identification.interface_model import (
     FRICTION,
     SCALE,
     SEPARATION,
     InterfaceModel,
     Materials,
+    Values,
 )
 from microslip.identification.second_step import (
     ASSUMED,
@@ -45,6 +45,10 @@ from microslip.identification.second_step import (
 
 CONTACT_AREA = "contact_area"
 _SUMMITS = ("radius", "density", "summit_count", CONTACT_AREA)
+_UNITS = {
+    "force_limit": "N", "tangential_stiffness": "N/m", "radius": "m", "approach": "m", "std": "m",
+    "density_root_radius": "m^-1.5", "summit_count": "", "density": "m^-2", CONTACT_AREA: "m^2",
+}  # fmt: skip
 _SCALES, _SEPARATIONS = (0.1, 0.25, 0.6, 1.5), (-0.5, 0.8, 2.0, 3.5)
 """Starts: slip scale over the length of the force limit over the stiffness; separation."""
 _VARYING_LOAD = 3e-4
@@ -86,7 +90,7 @@ def interface_step(
     data, measured = _data(known, model, materials, max(loads), contact_area)
     scatter = None
     if summits is not None:
-        if not isinstance(model.template.law, GreenwoodWilliamson):
+        if not isinstance(model.law, GreenwoodWilliamson):
             raise InputError(
                 '`known`: "summits" needs a distribution of heights, whose summits are random; '
                 "leave it out"
@@ -102,9 +106,9 @@ def interface_step(
     if by_shape is not None and statistics.rig is not None:
         parameters[RIG] = _as_given(by_shape, *statistics.rig)
     values = problem.values(q)
-    for name, unit, function in _derived(model, materials, max(loads), measured):
+    for name, function in _derived(model, materials, max(loads), measured).items():
         beside = measured if name in _SUMMITS else None
-        parameters[name] = _propagated(name, unit, function, problem, values, covariance, beside)
+        parameters[name] = _propagated(name, function, problem, values, covariance, beside)
     for name, datum in known.items():
         one, (value, error) = parameters.get(name), pair_of(name, datum)
         # Loops that determine a given number twice as well as it was given identify it.
@@ -164,7 +168,7 @@ def interface_law(
     if not loads:
         raise InputError(
             "an interface needs the normal load of each record; write "
-            "Record(..., normal_load=500.0) or `normal_load=500.0`"
+            "Record(..., normal_load=500.0)"
         )
     model = InterfaceModel.of_shape(heights, loads)
     unknowns: tuple[Unknown, ...] = (
@@ -172,7 +176,7 @@ def interface_law(
         Unknown(SCALE, "m", force / stiffness),
     )
     if not model.is_sphere:
-        unknowns += (Unknown(SEPARATION, "", 1.0, False, *model.template.bounds()),)
+        unknowns += (Unknown(SEPARATION, "", 1.0, False, *model.bounds()),)
     return Law(unknowns, lambda u, values, load: model.curve(u, values, load or loads[0])), model
 
 
@@ -185,7 +189,7 @@ def interface_starts(
         {SCALE: share * force / stiffness, SEPARATION: h} for share in _SCALES for h in places
     ]
     mu = force / max(load for load in statistics.fit.loads if load is not None)
-    surface, unit = model.template.law, model.template.unit
+    surface, unit = model.law, model.unit
     if isinstance(surface, TabulatedNormalLaw):  # its lengths and loads are those of a real face
         here = float(surface.separation(model.reference_load)) / unit
         starts.append({SCALE: mu * surface.stiffness_ratio * unit, SEPARATION: here})
@@ -228,7 +232,7 @@ def _scatter(model: InterfaceModel, loads: Sequence[float], count: float) -> Sca
     return changes
 
 
-Function = Callable[[Mapping[str, float]], float]
+Function = Callable[[Values], float]
 
 
 def _derived(
@@ -236,63 +240,67 @@ def _derived(
     materials: Materials,
     top: float,
     measured: tuple[str, float, float, float] | None,
-) -> list[tuple[str, str, Function]]:
-    """Return name, unit and function of each quantity that follows from the parameters."""
+) -> dict[str, Function]:
+    """Return the functions of the parameters that give further quantities, by name."""
 
-    def of(name: str) -> Function:
-        return lambda values: model.derived(values, top, materials).get(name, math.nan)
+    def of(quantities: Callable[[Values], Mapping[str, float]], name: str) -> Function:
+        return lambda values: quantities(values)[name]
 
-    names = [("force_limit", "N"), ("tangential_stiffness", "N/m")]
+    names = ["force_limit", "tangential_stiffness"]
     if materials.pair is not None:
-        names += [("radius", "m"), ("approach", "m")] if model.is_sphere else [("std", "m")]
-        if materials.area is not None and isinstance(model.template.law, GreenwoodWilliamson):
-            names.append(("density_root_radius", "m^-1.5"))
-    found = [(name, unit, of(name)) for name, unit in names]
+        names += ["radius", "approach"] if model.is_sphere else ["std"]
+        if materials.area is not None and isinstance(model.law, GreenwoodWilliamson):
+            names.append("density_root_radius")
+    found = {name: of(lambda values: model.derived(values, top, materials), name) for name in names}
     if measured is not None:
-        found += [one for one in _summits(model, materials, measured) if one[0] != measured[0]]
+        density = ["density"] if materials.area is not None else []
+        for name in ("radius", "summit_count", *density, CONTACT_AREA):
+            if name != measured[0]:
+                found[name] = of(lambda values: _summits(values, model, materials, measured), name)
     return found
 
 
 def _summits(
-    model: InterfaceModel, materials: Materials, measured: tuple[str, float, float, float]
-) -> list[tuple[str, str, Function]]:
-    """Return name, unit and function of the summits' radius, number, density and contact area.
+    values: Values,
+    model: InterfaceModel,
+    materials: Materials,
+    measured: tuple[str, float, float, float],
+) -> dict[str, float]:
+    """Return radius [m], number [-] and density [m^-2] of the summits, and contact area [m^2].
 
     Loops determine only the density times the root of the radius. With one more measured quantity,
     all four follow. ``measured`` is its name (radius, density, or contact area, which is
-    proportional to density times radius), value, standard error and normal load [N]. Each function
-    takes a mapping of the parameters by name.
+    proportional to density times radius), value, standard error and normal load [N].
     """
     name, value, _, load = measured
+    joint: Any = model.build(values, load, materials)
+    surface = joint.surface
+    datum = values.get(name, value)
+    count = surface.density * surface.area
+    if name == CONTACT_AREA:
+        ratio = datum / joint.contact_area
+    elif name == "radius":
+        ratio = math.sqrt(datum / surface.radius)
+    else:
+        ratio = count / (datum * (materials.area or 1.0))
+    return {
+        "radius": surface.radius * ratio**2,
+        "summit_count": count / ratio,
+        "density": count / ratio / (materials.area or 1.0),
+        CONTACT_AREA: joint.contact_area * ratio,
+    }
 
-    def of(wanted: str) -> Function:
-        def function(values: Mapping[str, float]) -> float:
-            joint: Any = model.build(values, load, materials)
-            surface = joint.surface
-            datum = values.get(name, value)
-            count = surface.density * surface.area
-            if name == CONTACT_AREA:
-                ratio = datum / joint.contact_area
-            elif name == "radius":
-                ratio = math.sqrt(datum / surface.radius)
-            else:
-                ratio = count / (datum * (materials.area or 1.0))
-            numbers = {
-                "radius": surface.radius * ratio**2,
-                "summit_count": count / ratio,
-                "density": count / ratio / (materials.area or 1.0),
-                CONTACT_AREA: joint.contact_area * ratio,
-            }
-            return float(numbers[wanted])
 
-        return function
+def as_pair(datum: Any) -> Any:
+    """Return (value, standard deviation) of a datum that has both, otherwise the datum itself.
 
-    units = (("radius", "m"), ("summit_count", ""), ("density", "m^-2"), (CONTACT_AREA, "m^2"))
-    return [
-        (wanted, unit, of(wanted))
-        for wanted, unit in units
-        if wanted != "density" or materials.area is not None
-    ]
+    Both are attributes of numbers of the package uncertainties (``nominal_value``, ``std_dev``) and
+    of estimates of this package (``value``, ``standard_error``).
+    """
+    for names in (("nominal_value", "std_dev"), ("value", "standard_error")):
+        if all(hasattr(datum, name) for name in names):
+            return tuple(getattr(datum, name) for name in names)
+    return datum
 
 
 def pair_of(name: str, datum: Any) -> tuple[float, float]:
@@ -325,7 +333,7 @@ def _data(
 ) -> tuple[list[Datum], tuple[str, float, float, float] | None]:
     """Return the measured values to be fitted, and one for :func:`_summits`, or None."""
     measured = None
-    has_summits = isinstance(model.template.law, GreenwoodWilliamson)
+    has_summits = isinstance(model.law, GreenwoodWilliamson)
     if contact_area is not None:
         try:
             value, error, load = (float(part) for part in contact_area)
@@ -353,9 +361,7 @@ def _data(
                 f"{value:g} m^2"
             )
         measured = (CONTACT_AREA, value, error, load)
-    functions: dict[str, Function] = {
-        name: function for name, _, function in _derived(model, materials, top, None)
-    }
+    functions = _derived(model, materials, top, None)
     for name in (FRICTION, SCALE, SEPARATION):
         functions[name] = lambda values, name=name: float(values[name])  # type: ignore[misc]
     data = []
@@ -377,7 +383,6 @@ def _data(
 
 def _propagated(
     name: str,
-    unit: str,
     function: Function,
     problem: Problem,
     values: Mapping[str, float],
@@ -403,4 +408,4 @@ def _propagated(
         variance += ((up - down) / 2e-3 * error / datum) ** 2
     half = min(math.sqrt(QUANTILE * max(variance, 0.0)), 700.0)
     low, high = value * math.exp(-half), value * math.exp(half)
-    return Parameter(name, unit, value, low, high, verdict_of(low, high, True))
+    return Parameter(name, _UNITS[name], value, low, high, verdict_of(low, high, True))

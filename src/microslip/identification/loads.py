@@ -1,4 +1,4 @@
-"""Grouping of equal loads, thresholds at different loads, and first-loading force of sliders."""
+"""Groups of equal loads; thresholds, first-loading force and rig of sliders."""
 
 from __future__ import annotations
 
@@ -61,3 +61,21 @@ def shift_between(high: Any, low: Any) -> float:
     tail = high.backbone(starts[:, None] + u) - high.backbone(starts)[:, None]
     miss = np.sum((tail - low.backbone(u)) ** 2, axis=1)
     return -float(starts[int(np.argmin(miss))])
+
+
+def joint_alone(y: Floats, k: Floats, compliance: float) -> tuple[Floats, Floats]:
+    """Return the sliders of the joint from those of joint and rig in series.
+
+    The displacement of the joint is u - c B(u), with the displacement u and the backbone B of both
+    and the compliance c of the rig [m/N]. If B is piecewise linear, so is the backbone of the
+    joint; a segment with the stiffness of the rig becomes 1e3 times as stiff as the rig.
+    """
+    corners = np.append(0.0, y)
+    force = np.minimum(corners[:, None], y) @ k
+    x = np.diff(corners) - compliance * np.diff(force)
+    rise = np.diff(force)
+    x = np.maximum(x, 1e-3 * compliance * rise)
+    slope = np.append(rise / x, 0.0)
+    slope = np.minimum.accumulate(slope)
+    keep = -np.diff(slope) > 1e-12 * slope[0]
+    return np.cumsum(x)[keep], -np.diff(slope)[keep]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,17 +33,8 @@ number of samples."""
 
 
 def _part(record: Record, first: int, last: int, label: str) -> Record:
-    def cut(channel: Any) -> Any:
-        return channel[first : last + 1] if isinstance(channel, np.ndarray) else channel
-
-    return Record(
-        cut(record.displacement),
-        cut(record.force),
-        normal_load=cut(record.normal_load),
-        time=cut(record.time),
-        sample_rate=None if record.time is not None else record.sample_rate,
-        name=f"{record.name}, {label}",
-    )
+    rows = slice(first, last + 1)
+    return record._taken(rows, cycle_number=None, name=f"{record.name}, {label}")
 
 
 def _cycles_of(record: Record, least: float) -> list[tuple[int, int]]:

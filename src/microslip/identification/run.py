@@ -10,17 +10,16 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri
 
-from microslip._core.checks import floats, members, number, positive, show
+from microslip._core.checks import members, number, positive, show
 from microslip._core.errors import InputError
 from microslip._core.frozen import lock
 from microslip._core.threads import single_threaded
 from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.contact.materials import MaterialPair
-from microslip.identification.estimate import as_pair
 from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
-from microslip.identification.interface_step import pair_of
+from microslip.identification.interface_step import as_pair, pair_of
 from microslip.identification.loads import groups_of
 from microslip.identification.pieces import loop_of, stretches_of
 from microslip.identification.record_fit import RecordFit
@@ -47,7 +46,6 @@ _GAINS = ("force_gain", "displacement_gain")
 def identify(
     records: Record | Iterable[Record],
     *,
-    normal_load: float | Sequence[float] | None = None,
     rig_stiffness: float | tuple[float, float] | None = None,
     noise: tuple[float, float] | None = None,
     law: str | None = None,
@@ -63,8 +61,6 @@ def identify(
     ----------
     records : Record or iterable of Record
         Records at one or more loads and amplitudes, each with at least three settled cycles.
-    normal_load : float or sequence of float, optional
-        Normal load [N] of the records that have none: one for all, or one for each.
     rig_stiffness : float, (float, float) or ufloat, optional
         Measured stiffness of the rig [N/m] in series with the joint, and its standard error.
         With it, results are those of the joint alone; without it those of joint and rig in series,
@@ -116,9 +112,7 @@ def identify(
                 f"{', '.join(unused)}: used for the parameters of an interface only; also give the "
                 'two materials, `pair=...`, or `law="interface"`'
             )
-    result, _ = fitted_records(
-        records, normal_load=normal_load, rig_stiffness=rig_stiffness, noise=noise, known=known
-    )
+    result, _ = fitted_records(records, rig_stiffness=rig_stiffness, noise=noise, known=known)
     if is_free:
         return result
     step = result.interface(
@@ -130,7 +124,6 @@ def identify(
 def fitted_records(
     records: Any,
     *,
-    normal_load: float | Sequence[float] | None = None,
     rig_stiffness: float | tuple[float, float] | None = None,
     noise: tuple[float, float] | None = None,
     known: Mapping[str, Any] | None = None,
@@ -138,7 +131,7 @@ def fitted_records(
     """Return the free-form fit of records, and the design matrix of each record."""
     gains = _gains(known)
     rig = _rig(rig_stiffness)
-    folded = folded_records(records, normal_load, noise)
+    folded = _folded_records(records, noise)
     loads = [one.normal_load for one in folded]
     groups = groups_of(load for load in loads if load is not None)[::-1]
     means: list[float | None] = [float(np.mean(group)) for group in groups]
@@ -285,30 +278,12 @@ def _implausible(folded: Folded, noise: tuple[float, float] | None) -> list[str]
     return beyond_all_rigs(columns)
 
 
-def folded_records(
-    records: Any,
-    normal_load: float | Sequence[float] | None,
-    noise: tuple[float, float] | None,
-) -> list[Folded]:
+def _folded_records(records: Any, noise: tuple[float, float] | None) -> list[Folded]:
     """Return the records, cut into parts of one amplitude each, folded into one cycle."""
     expected = "a Record or a list of them; write Record(displacement, force) or Record.read(path)"
     listed = members(
         "records", [records] if isinstance(records, Record) else records, Record, expected
     )
-    if normal_load is not None:
-        given = floats("normal_load", normal_load, "N")
-        if given.ndim > 1 or given.size not in (1, len(listed)):
-            raise InputError(
-                f"`normal_load` must be one load [N] or one for each of {len(listed)} records, got "
-                f"shape {given.shape}"
-            )
-        given = np.broadcast_to(given, (len(listed),))
-        listed = [
-            one
-            if one.normal_load is not None
-            else replace(one, normal_load=positive("normal_load", float(load), "N", 500.0))
-            for one, load in zip(listed, given, strict=True)
-        ]
     bins = max(64, min(_MOST_BINS, _MOST_FORCES // len(listed)))
     stated = None if noise is None else stated_noise(noise)
     folded = []

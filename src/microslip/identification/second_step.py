@@ -18,8 +18,8 @@ from microslip._core.units import engineering, interval_digits, significant
 from microslip.friction import Interface
 from microslip.identification.bands import QUANTILE, Bands
 from microslip.identification.free_form import FreeForm
+from microslip.identification.interface_model import InterfaceModel, Materials, Values
 from microslip.identification.loads import carried
-from microslip.identification.models.interface import InterfaceModel, Materials, Values
 
 IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
 RIG = "rig_stiffness"

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,10 +45,9 @@ def condition(record: Record, *, delay: float) -> Record:
     if abs(delay) > 0.25 * float(time[-1] - time[0]):
         raise InputError(f"`delay` must be less than a quarter of the record, got {delay:g} s")
     has_force = (time + delay >= time[0]) & (time + delay <= time[-1])
-    channels: dict[str, Any] = {key: v[has_force] for key, v in record.channels.items()}
-    channels["force"] = np.interp(time[has_force] + delay, time, record.force)
+    force = np.interp(time[has_force] + delay, time, record.force)
     note = f"the force was shifted forward by {delay:.6g} s"
-    return replace(record, **channels, notes=(*record.notes, note))
+    return record._taken(has_force, force=force, notes=(*record.notes, note))
 
 
 # -- the lag of the force ------------------------------------------------------------------------

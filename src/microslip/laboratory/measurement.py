@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -28,25 +28,32 @@ from microslip.laboratory.cycle_columns import (
     checked_gains,
     columns_of,
     gain_error,
+    sampling_errors,
 )
 from microslip.laboratory.cycles import check_direction, cycles_of
 from microslip.laboratory.estimates import (
     Estimate,
+    chance_below_zero,
     checked_confidence,
     mean_of,
     mean_of_inverses,
     with_gain,
 )
-from microslip.laboratory.loop_shape import UNDECIDED, parallel_spring, shape_notes, without_spring
-from microslip.laboratory.record import Record
-from microslip.laboratory.record_motion import (
+from microslip.laboratory.loop_shape import (
+    UNDECIDED,
     load_ripple_of,
     mean_loop_of,
+    parallel_spring,
+    shape_notes,
     third_harmonic_of,
+    without_spring,
 )
-from microslip.laboratory.regimes import GROSS, REGIMES, STICK, regimes_of
-from microslip.laboratory.sampling_errors import sampling_errors
+from microslip.laboratory.record import Record
 
+REGIMES = ("stick", "partial slip", "gross slip")
+STICK, GROSS = 0.0033783480491788817, 0.7694644203726145
+"""Largest energy ratio A of stick, and smallest ratio B of gross slip, of one sphere (19.15): A
+where T0 is 1 % below its first tangent, and B = 0.2/(2^(1/3) - 1) at the slip limit."""
 _NOISE_SAMPLES = 1 << 17
 MOST_OF_LOOP = 1 << 17
 """Largest number of samples of a single averaged loop."""
@@ -293,7 +300,7 @@ def measure(
     columns = {name: columns[name] for name in UNITS if name in columns}
     spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
-    regimes, probability = regimes_of(of_contact, counting.selection, counting.is_moving)
+    regimes, probability = _regimes_of(of_contact, counting.selection, counting.is_moving)
     counted = [regimes[i] for i in np.flatnonzero(counting.selection)]
     slid = columns["sliding_ratio"][counting.selection]
     is_gross = 2 * counted.count(REGIMES[2]) > len(counted) and np.isfinite(slid).any()
@@ -327,6 +334,40 @@ def measure(
             for rows, moving in counting.levels
         ),
     )
+
+
+def _regimes_of(
+    columns: Mapping[str, Floats],
+    is_counted: NDArray[np.bool_],
+    is_moving: bool,
+) -> tuple[tuple[str, ...], dict[str, float]]:
+    """Return the slip regime of each cycle, and the probability of each regime for their mean.
+
+    The mean is over the cycles ``is_counted``. If these have a trend, ``is_moving``, their fraction
+    in each regime takes the place of its probability.
+    """
+    energy, force = columns["dissipated_energy"], columns["force_amplitude"]
+    below, short = (
+        chance_below_zero(away[is_counted & np.isfinite(away)])
+        for away in (
+            energy - STICK * (4.0 * columns["amplitude"] * force),
+            energy - GROSS * (4.0 * force * columns["sliding_distance"]),
+        )
+    )
+    likely = dict(
+        zip(REGIMES, (below, (1.0 - below) * short, (1.0 - below) * (1.0 - short)), strict=True)
+    )
+    stick = ~(columns["energy_ratio"] > STICK)
+    gross = ~stick & (columns["fouvry_ratio"] >= GROSS)
+    cycle_regimes = tuple(
+        REGIMES[0 if s else 2 if g else 1] for s, g in zip(stick, gross, strict=True)
+    )
+    if is_moving:
+        counted = [cycle_regimes[i] for i in np.flatnonzero(is_counted)]
+        return cycle_regimes, {name: counted.count(name) / len(counted) for name in REGIMES}
+    mean = max(REGIMES, key=lambda name: likely[name])
+    pairs = zip(cycle_regimes, is_counted.tolist(), strict=True)
+    return tuple(mean if is_chosen else regime for regime, is_chosen in pairs), likely
 
 
 def _means(
@@ -367,13 +408,12 @@ def _turned_to_its_peak(record: Record) -> Record:
         return record
     size = one_loop(x, force)[0]
     order = (int(np.argmax(x[:size])) + np.arange(size + 1)) % size
-    channels: dict[str, Any] = {key: values[order] for key, values in record.channels.items()}
     rate = record.sample_rate
     if record.time is not None:
         rate = (x.size - 1) / float(record.time[-1] - record.time[0])
     note = "one closed loop: taken as an averaged loop, from its largest displacement on"
-    channels |= {"time": None, "sample_rate": rate, "cycle_number": None}
-    return replace(record, **channels, notes=(*record.notes, note))
+    notes = (*record.notes, note)
+    return record._taken(order, time=None, sample_rate=rate, cycle_number=None, notes=notes)
 
 
 def beyond_all_rigs(columns: Mapping[str, Floats | float]) -> list[str]:

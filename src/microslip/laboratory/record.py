@@ -6,7 +6,7 @@ import functools
 import numbers
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
@@ -139,6 +139,11 @@ class Record(Locked, Plottable):
         """Values of each sample by quantity, in SI units."""
         values = ((key, getattr(self, key)) for key in UNITS)
         return {key: samples for key, samples in values if isinstance(samples, np.ndarray)}
+
+    def _taken(self, rows: Any, **changed: Any) -> Record:
+        """Return a record of some samples (a slice, mask or indices), with other changes."""
+        channels = {key: values[rows] for key, values in self.channels.items()}
+        return replace(self, **{**channels, **changed})
 
     @property
     def seconds(self) -> Floats | None:

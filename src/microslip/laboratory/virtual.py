@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats, exact, number, positive, show, whole_number
 from microslip._core.errors import InputError
 from microslip.friction import BackboneLaw
-
-if TYPE_CHECKING:
-    from microslip.laboratory.record import Record
+from microslip.laboratory.record import Record
 
 _CHANNELS = ("displacement", "force", "normal_load")
 SAMPLES_A_CYCLE = 512
@@ -179,8 +177,6 @@ class VirtualTribometer:
             Displacement [m] at the transducer, force [N] and, if the joint has one, normal load
             [N], each with noise.
         """
-        from microslip.laboratory.record import Record
-
         amplitude = positive("amplitude", amplitude, "m", 1e-5)
         frequency = positive("frequency", frequency, "Hz", 10.0)
         cycles = whole_number("cycles", cycles, 1, _MOST_SAMPLES)

@@ -18,13 +18,12 @@ from microslip._core.units import engineering, interval_digits, significant
 from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import Measurement, figures
-from microslip.laboratory.campaign import NUMBERS, Campaign
+from microslip.laboratory.campaign import NUMBERS, Campaign, Wear
 from microslip.laboratory.cycle_columns import LABELS, UNITS
 from microslip.laboratory.figures import measured_loops
 from microslip.laboratory.manifest import text_of
+from microslip.laboratory.measurement import GROSS, STICK
 from microslip.laboratory.reading import ChannelNote
-from microslip.laboratory.regimes import GROSS, STICK
-from microslip.laboratory.wear import Wear
 from microslip.report import cells
 from microslip.report.document import Block, Document, Items, Note, Section, Table
 from microslip.report.files import csv_file, header

@@ -59,8 +59,8 @@ def test_the_law_answers(cut: float, noise: float) -> None:
 @pytest.mark.parametrize(("cut", "corners"), [(0.0, 2), (0.3, 4)])
 def test_corners_are_where_they_are(cut: float, corners: int) -> None:
     folded = fold(record(3, 1e-6, cut, 0.004))
-    assert folded.corners.size == corners
-    assert folded.harmonics.size < 4
+    assert folded.motion.corners.size == corners
+    assert folded.motion.harmonics.size < 4
     phase = np.linspace(0.0, 2.0 * math.pi, 4001)
     turn = phase / (2.0 * math.pi) + 0.5 * (folded.displacement(np.zeros(1))[0] < 0.0)
     # Samples say the place of a corner to 3e-4 rad; 150 harmonics cut tips by 1.3e-3.
@@ -76,4 +76,4 @@ def test_a_sine_keeps_its_few_harmonics() -> None:
     rng = np.random.default_rng(1)
     x = 1e-6 * (x + 0.001 * rng.normal(size=x.size))
     folded = fold(ms.Record(x, 1e7 * x, sample_rate=2000.0))
-    assert folded.harmonics.tolist() == [1, 3]
+    assert folded.motion.harmonics.tolist() == [1, 3]

@@ -15,7 +15,7 @@ import microslip as ms
 from microslip.identification.free_form import FreeForm
 from microslip.identification.loads import backbone_of
 from microslip.identification.nonnegative import Path, cone_of, minimum
-from microslip.identification.rows import Rows
+from microslip.identification.rows import DesignRows
 from microslip.laboratory.folding import Folded, fold, load_basis
 
 Floats = NDArray[np.float64]
@@ -94,7 +94,7 @@ def test_columns_are_means_of_explicit_stop_elements(samples: float, is_even: bo
     folded = fold(record(JOINT, 1e-6, samples, 1e-7))
     if is_even:
         folded = replace(folded, samples=np.zeros((3, 0)))
-    rows = Rows(folded, 0)
+    rows = DesignRows(folded, 0)
     y = np.array([2e-8, 1.7e-7, 4.1e-7, 8e-7, 3e-6])
     fine = 40_000
     angle = 2.0 * np.pi * np.arange(fine) / fine
@@ -134,7 +134,7 @@ def test_a_load_that_varies_is_that_of_memory_diagrams() -> None:
     load = joint.normal_load
     terms = ripple * load * np.array([math.cos(phase), math.sin(phase)])
     folded = replace(folded, normal_load=load, load_terms=terms)
-    rows = Rows(folded, 0)
+    rows = DesignRows(folded, 0)
     assert rows.loads is not None
     shift, middle = (
         -np.interp(joint.friction_coefficient * (high.normal_load - loads), force, edges)
@@ -145,7 +145,7 @@ def test_a_load_that_varies_is_that_of_memory_diagrams() -> None:
     at = np.mod(folded.phase[0] + angle, 2.0 * np.pi)
     course = load + load_basis(at, 2) @ terms
     ramp = np.linspace(0.0, 1.0, 400)
-    u = folded.displacement(at) - folded.coefficients[0]
+    u = folded.displacement(at) - folded.motion.coefficients[0]
     wanted = np.asarray(
         joint.coupled_force(
             np.concatenate((ramp * u[0], u)),
@@ -162,7 +162,7 @@ def test_a_load_that_varies_is_that_of_memory_diagrams() -> None:
 
 def test_a_density_comes_back() -> None:
     """With little noise, energies from half the amplitude on to 1e-3 and forces to 3e-4."""
-    fit = FreeForm([Rows(fold(record(JOINT, 1e-6, noise=1e-4)), 0)], [None])
+    fit = FreeForm([DesignRows(fold(record(JOINT, 1e-6, noise=1e-4)), 0)], [None])
     for a in (5e-7, 8e-7, 1e-6):
         energy = float(fit.k @ (4.0 * fit.y * np.maximum(a - fit.y, 0.0)))
         assert energy == pytest.approx(float(JOINT.dissipated_energy(a)), rel=1e-3)
@@ -175,7 +175,7 @@ def test_lower_loads_are_tails() -> None:
     """Shifts of two lower loads are kappa times the change of separation."""
     loads = [2000.0, 1000.0, 400.0]
     rows = [
-        Rows(fold(record(JOINT.at(normal_load=load), a, seed=7 * n + m)), n)
+        DesignRows(fold(record(JOINT.at(normal_load=load), a, seed=7 * n + m)), n)
         for n, load in enumerate(loads)
         for m, a in enumerate((4e-7, 1e-6))
     ]

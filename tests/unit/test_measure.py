@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 from command import run
-from scipy.special import stdtrit
 from scipy.stats import ttest_1samp
 
 import microslip as ms
@@ -20,7 +18,6 @@ from microslip.laboratory import (
     condition,
 )
 from microslip.laboratory.blocks import blocks_of
-from microslip.laboratory.estimates import quantile
 from microslip.laboratory.measurement import GROSS, STICK
 from microslip.laboratory.settling import excess_loss_notes
 from microslip.laboratory.spikes import spikes_of
@@ -297,17 +294,6 @@ def test_a_cycle_that_is_left_out_does_not_change_the_headline() -> None:
     assert set(found.regimes) == {"partial slip", "gross slip"}
     assert found.regime == "gross slip"
     assert ", gross slip: each dissipates" in measurement_document([found]).answer
-
-
-@pytest.mark.parametrize("confidence", [0.1, 0.5, 0.6827, 0.95, 0.99])
-def test_students_quantile(confidence: float) -> None:
-    """By its two closed forms, and by SciPy's continued fractions."""
-    assert quantile(confidence, 1) == pytest.approx(math.tan(0.5 * math.pi * confidence), rel=2e-14)
-    two = math.sqrt(2.0 * confidence**2 / (1.0 - confidence) / (1.0 + confidence))
-    assert quantile(confidence, 2) == pytest.approx(two, rel=2e-14)
-    freedom = np.array([3, 4, 9, 30, 99, 1000, 10_001, 200_000])
-    found = [quantile(confidence, int(count)) for count in freedom]
-    np.testing.assert_allclose(found, stdtrit(freedom, 0.5 + 0.5 * confidence), rtol=5e-14)
 
 
 # -- records that look like ring-downs -------------------------------------------------------------

@@ -21,12 +21,12 @@ from microslip.identification.found import Identification
 from microslip.identification.free_form import FreeForm
 from microslip.identification.interface_step import interface_law, interface_starts
 from microslip.identification.nonnegative import cone_of, minimum
-from microslip.identification.rows import Rows
+from microslip.identification.rows import DesignRows
 from microslip.identification.run import fitted_records
-from microslip.identification.second_step import Law, Statistics, Unknown, solve
+from microslip.identification.second_step import Law, SufficientStatistics, Unknown, solve
 from microslip.laboratory.record import Record
 
-LAWS = ("interface", "jenkins", "segalman", "iwan")
+COMPARED_LAWS = ("interface", "jenkins", "segalman", "iwan")
 _CELLS = 8
 _HELD = 4
 """Every fourth cycle is excluded from the fit."""
@@ -125,7 +125,7 @@ class _Fit(NamedTuple):
 
 @single_threaded
 def compare(
-    records: Record | Iterable[Record], laws: Sequence[str] = LAWS, **options: Any
+    records: Record | Iterable[Record], laws: Sequence[str] = COMPARED_LAWS, **options: Any
 ) -> Comparison:
     """Compare named laws on the same records.
 
@@ -155,8 +155,8 @@ def compare(
             f"`laws` must be a list such as ['interface', 'jenkins'], got {show(laws)}"
         )
     for name in laws:
-        if name not in LAWS:
-            raise InputError(f"`laws` must be among {', '.join(LAWS)}, got {show(name)}")
+        if name not in COMPARED_LAWS:
+            raise InputError(f"`laws` must be among {', '.join(COMPARED_LAWS)}, got {show(name)}")
     heights = options.pop("heights", None)
     found, rows = fitted_records(records, **options)
     fits = {name: _fits_of(name, found, found.fits, heights) for name in laws}
@@ -209,7 +209,7 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
     if name == "iwan":
         return _cells(fit)
     rig = found.rig_stiffness
-    statistics = Statistics(fit, Bands(fit), rig, rig is None and name == "interface")
+    statistics = SufficientStatistics(fit, Bands(fit), rig, rig is None and name == "interface")
     force = float(fit.k @ np.minimum(fit.largest, fit.thresholds()))
     stiffness = float(fit.k.sum())
     starts: Sequence[dict[str, float]] = []
@@ -261,7 +261,7 @@ def _cells(fit: FreeForm) -> _Fit:
 
 
 def _excluded_cycle_errors(
-    found: Identification, rows: Sequence[Rows], laws: Sequence[str], heights: Any
+    found: Identification, rows: Sequence[DesignRows], laws: Sequence[str], heights: Any
 ) -> dict[str, float]:
     """Return the RMS error of each law over noise [-], for the cycles excluded from its fit."""
     if any(one.folded.cycles < _HELD for one in rows):
@@ -269,7 +269,7 @@ def _excluded_cycle_errors(
     seen, back = {}, {}
     for one in rows:
         mask = np.arange(one.folded.cycles) % _HELD == _HELD - 1
-        seen[id(one)] = Rows(one.folded.part(~mask), one.load)
+        seen[id(one)] = DesignRows(one.folded.part(~mask), one.load)
         back[id(seen[id(one)])] = one.folded.part(mask)
     fits = [FreeForm([seen[id(one)] for one in fit.rows], fit.loads) for fit in found.fits]
     result = {}
@@ -280,7 +280,7 @@ def _excluded_cycle_errors(
         total, count = 0.0, 0
         for fit, part in zip(_parts(name, fits), parts, strict=True):
             for one in fit.rows:
-                held = Rows(back[id(one)], one.load)
+                held = DesignRows(back[id(one)], one.load)
                 miss = held.folded.force - part.about.force_of(held, part.x)
                 miss = (miss - np.average(miss, weights=held.folded.count)) * held.weight
                 total += float(miss @ miss)

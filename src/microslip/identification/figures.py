@@ -54,7 +54,7 @@ _CAPTIONS = {
 
 def pictures(result: Any) -> tuple[Picture, ...]:
     """Return the figures of an identification."""
-    plots = {"loops": lambda: loops(result), "law": lambda: law(result)}
+    plots = {"loops": lambda: fitted_loops(result), "law": lambda: law(result)}
     level = f"{100.0 * CONFIDENCE:g} %"
     return tuple(
         Picture(name, _CAPTIONS[name][0].format(level=level), plot, _CAPTIONS[name][1])
@@ -112,7 +112,7 @@ def cycles_by_load(result: Any) -> list[tuple[str, list[RecordFit]]]:
     return list(by_load.items())
 
 
-def loops(result: Any) -> Plot:
+def fitted_loops(result: Any) -> Plot:
     """Plot loops and fits, residuals below (Fig. 19.22, DOI 10.1007/978-3-319-56818-8_19)."""
     groups = cycles_by_load(result)
     cycles = [cycle for _, group in groups for cycle in group]

@@ -24,7 +24,7 @@ from microslip.identification.interface_step import interface_step
 from microslip.identification.loads import joint_alone
 from microslip.identification.masing import Masing, masing_of
 from microslip.identification.record_fit import RecordFit as RecordFit
-from microslip.identification.second_step import InterfaceStep, Parameter, Statistics
+from microslip.identification.second_step import InterfaceStep, Parameter, SufficientStatistics
 
 _STEP = 0.02
 """Relative step of finite differences that approximate the polygon by a smooth curve."""
@@ -77,9 +77,9 @@ class Identification(Locked, Plottable):
     """Physical parameters, if materials or a law were given."""
 
     def _figure(self) -> Plot:
-        from microslip.identification.figures import loops  # which reads this module
+        from microslip.identification.figures import fitted_loops  # which reads this module
 
-        return loops(self)
+        return fitted_loops(self)
 
     # -- where it holds ---------------------------------------------------------------------------
 
@@ -396,7 +396,9 @@ class Identification(Locked, Plottable):
         fit = self.fits[0]
         stiff = self.stiffness.value
         return interface_step(
-            Statistics(fit, self._bands[id(fit)], self.rig_stiffness, self.rig_stiffness is None),
+            SufficientStatistics(
+                fit, self._bands[id(fit)], self.rig_stiffness, self.rig_stiffness is None
+            ),
             float(fit.k @ np.minimum(fit.largest, fit.thresholds())),
             stiff if math.isfinite(stiff) else 2.0 * self.stiffness.low,
             fit.friction is None or math.isfinite(self.force_limit.high),

@@ -13,7 +13,7 @@ import numpy as np
 from microslip._core.checks import Floats
 from microslip.identification.loads import backbone_of, carried, shift_between, stiffness_of
 from microslip.identification.nonnegative import Cone, cone_of, minimum
-from microslip.identification.rows import Rows
+from microslip.identification.rows import DesignRows
 
 THRESHOLDS = 110
 """Number of thresholds of the first grid, which are geometrically spaced."""
@@ -51,7 +51,7 @@ class FreeForm:
     coefficient mu, N_reference the reference load and N a lower load, B(-s) = mu (N_reference - N).
     """
 
-    rows: Sequence[Rows]
+    rows: Sequence[DesignRows]
     loads: Sequence[float | None]
     """Distinct normal loads [N], decreasing."""
     follow: bool = True
@@ -262,7 +262,7 @@ class FreeForm:
         """Number of fitted shifts, one per lower load; 1 (for mu) if the load varies in a cycle."""
         return 1 if self.friction is not None else len(self.loads) - 1
 
-    def path(self, rows: Rows, friction: float) -> tuple[Floats, Floats]:
+    def path(self, rows: DesignRows, friction: float) -> tuple[Floats, Floats]:
         """Return the shift s [m] at each node and midway from the preceding node to it."""
         assert rows.loads is not None
         return self._shifts_at(rows.loads, friction), self._shifts_at(rows.middle_loads, friction)
@@ -299,7 +299,7 @@ class FreeForm:
         )
         return np.asarray((here - top) * (self.y >= 2.0 * self._fall()))
 
-    def _by_path(self, rows: Rows, path: tuple[Floats, Floats], force: Floats) -> Floats:
+    def _by_path(self, rows: DesignRows, path: tuple[Floats, Floats], force: Floats) -> Floats:
         """Return derivatives of the force by the stiffnesses k_i through s, (bins, thresholds) [m].
 
         For a shift that varies within the cycle, min(-s, y_i) in ds/dk_i = min(-s, y_i)/B'(-s) is
@@ -418,7 +418,7 @@ class FreeForm:
         self.y = self.y + further
         self.shifts = self.shifts - further
 
-    def force_of(self, rows: Rows, x: Floats | None = None) -> Floats:
+    def force_of(self, rows: DesignRows, x: Floats | None = None) -> Floats:
         """Return the force of the law in the bins of a record [N], without a constant offset.
 
         ``x`` holds stiffnesses [N/m] and changes of the fitted shifts, by default those of the fit.

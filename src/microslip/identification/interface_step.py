@@ -29,16 +29,16 @@ from microslip.identification.second_step import (
     BOUNDED,
     IDENTIFIED,
     NOT,
-    RIG,
+    RIG_PARAMETER,
     Datum,
     InterfaceStep,
     Law,
     Parameter,
     Problem,
     Scatter,
-    Statistics,
+    SufficientStatistics,
     Unknown,
-    parameters_of,
+    fitted_parameters,
     solve,
     verdict_of,
 )
@@ -63,7 +63,7 @@ _RIGS = (1.01, 1.1, 1.5, 4.0)
 
 @np.errstate(all="ignore")  # far out in an open interval numbers overflow
 def interface_step(
-    statistics: Statistics,
+    statistics: SufficientStatistics,
     force: float,
     stiffness: float,
     slips: bool,
@@ -101,10 +101,10 @@ def interface_step(
     starts = interface_starts(statistics, law, model, force, stiffness)
     problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
     statistics = problem.statistics
-    parameters = parameters_of(problem, q, least, covariance)
-    by_shape = parameters.pop(RIG, None)
+    parameters = fitted_parameters(problem, q, least, covariance)
+    by_shape = parameters.pop(RIG_PARAMETER, None)
     if by_shape is not None and statistics.rig is not None:
-        parameters[RIG] = _as_given(by_shape, *statistics.rig)
+        parameters[RIG_PARAMETER] = _as_given(by_shape, *statistics.rig)
     values = problem.values(q)
     for name, function in _derived(model, materials, max(loads), measured).items():
         beside = measured if name in _SUMMITS else None
@@ -181,7 +181,11 @@ def interface_law(
 
 
 def interface_starts(
-    statistics: Statistics, law: Law, model: InterfaceModel, force: float, stiffness: float
+    statistics: SufficientStatistics,
+    law: Law,
+    model: InterfaceModel,
+    force: float,
+    stiffness: float,
 ) -> list[dict[str, float]]:
     """Return the best-fitting parameter sets of a grid, as initial guesses of the fit."""
     places = _SEPARATIONS[:1] if model.is_sphere else _SEPARATIONS  # a sphere has none
@@ -198,7 +202,7 @@ def interface_starts(
         starts = [
             start
             | {
-                RIG: share * series,
+                RIG_PARAMETER: share * series,
                 SCALE: start[SCALE] * (share - 1.0) / share * stiffness / series,
             }
             for start in starts

@@ -17,7 +17,7 @@ from microslip._core.units import significant
 from microslip.identification.free_form import FreeForm
 from microslip.identification.loads import backbone_of, stiffness_of
 from microslip.identification.nonnegative import cone_of, minimum
-from microslip.identification.rows import Rows
+from microslip.identification.rows import DesignRows
 from microslip.laboratory.motion import phase_derivative
 
 NAMED = 0.9
@@ -81,15 +81,15 @@ def _centred(values: Floats) -> Floats:
     return np.asarray(values - 0.5 * (values.max() + values.min()))
 
 
-def _delay(fit: FreeForm, rows: Rows, size: float) -> Floats:
+def _delay(fit: FreeForm, rows: DesignRows, size: float) -> Floats:
     cycle = rows.cycle
-    moves = phase_derivative(rows.folded.coefficients, rows.folded.harmonics) @ cycle.basis
+    moves = phase_derivative(rows.folded.motion) @ cycle.basis
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     y = fit.y + fit.shifts[fit.level[rows.load]]
     return rows.sums((stiffness_of(y, fit.k, rows.cycle.half) * (moves - moves[above]))[:, None])
 
 
-def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
+def _clearance(fit: FreeForm, rows: DesignRows, size: float) -> Floats:
     """Return the change of force per metre of clearance [N/m] (bins, 1).
 
     It is evaluated at a clearance of ``size`` [m]. While the force is zero, the displacement runs
@@ -111,13 +111,13 @@ def _clearance(fit: FreeForm, rows: Rows, size: float) -> Floats:
     middle = places[0] + 0.5 * ((places[1] - places[0]) % (2.0 * math.pi))
     centre = 0.5 * (rows.folded.displacement(places[0]) + rows.folded.displacement(places[1]))
     away = np.abs((cycle.phase[:, None] - middle + math.pi) % (2.0 * math.pi) - math.pi)
-    lost = cycle.basis.T @ rows.folded.coefficients - centre[away.argmin(axis=1)]
+    lost = cycle.basis.T @ rows.folded.motion.coefficients - centre[away.argmin(axis=1)]
     lost = np.clip(lost, -size, size)
     above = np.where(cycle.parent < 0, 0, cycle.parent)
     return _shortened(fit, rows, 0.5 * np.abs(lost - lost[above]), size)
 
 
-def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
+def _lost_motion(fit: FreeForm, rows: DesignRows, size: float) -> Floats:
     """Return the change of force per metre of lost motion [N/m] (bins, 1), about ``size`` [m].
 
     The joint rests over twice the lost motion after each reversal.
@@ -128,7 +128,7 @@ def _lost_motion(fit: FreeForm, rows: Rows, size: float) -> Floats:
     return rows.sums((-stiffness_of(y, fit.k, rows.cycle.half) * rows.cycle.sign)[:, None])
 
 
-def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
+def _shortened(fit: FreeForm, rows: DesignRows, lost: Floats, size: float) -> Floats:
     """Return the change of force over ``size`` [N/m] if ``lost`` [m] shortens ``cycle.half``."""
     y, cycle = fit.thresholds(fit.level[rows.load]), rows.cycle
     less = np.maximum(cycle.half - lost, 0.0)
@@ -136,16 +136,16 @@ def _shortened(fit: FreeForm, rows: Rows, lost: Floats, size: float) -> Floats:
     return rows.sums((rise / size * cycle.sign)[:, None])
 
 
-def _twice(fit: FreeForm, rows: Rows, size: float) -> Floats:
+def _twice(fit: FreeForm, rows: DesignRows, size: float) -> Floats:
     force, phase = _centred(rows.folded.force), rows.folded.phase
     return np.column_stack((force * np.cos(2.0 * phase), force * np.sin(2.0 * phase)))
 
 
-Signature = Callable[[FreeForm, Rows, float], Floats]
+Signature = Callable[[FreeForm, DesignRows, float], Floats]
 """Function that returns the columns of a disturbance for a fit and a record, about a given size."""
 
 
-def _of(shape: Callable[[Rows], Floats]) -> Signature:
+def _of(shape: Callable[[DesignRows], Floats]) -> Signature:
     return lambda fit, rows, size: np.asarray(shape(rows))[:, None]
 
 

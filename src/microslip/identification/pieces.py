@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
 from microslip._core.errors import InputError
-from microslip._core.frozen import lock
 from microslip.laboratory.blocks import blocks_of, stops_of
 from microslip.laboratory.cuts import FEWEST_SAMPLES, noise_of, runs_of
 from microslip.laboratory.folding import Folded, averaged
@@ -115,18 +114,19 @@ def _turning_samples(x: Floats) -> NDArray[np.int64]:
 
 def _without_weak_harmonics(folded: Folded) -> Folded:
     """Remove harmonics that are not significant: each displacement is used twice."""
-    end = 1 + 2 * folded.harmonics.size
-    power = (folded.coefficients**2 / np.diag(folded.covariance))[1:end].reshape(-1, 2).sum(axis=1)
-    strong = (power > _STRONG * math.log(folded.count.sum())) | (folded.harmonics == 1)
-    strong |= folded.harmonics.size > 4  # significant together
-    kept = np.ones(folded.coefficients.size, dtype=bool)
+    motion, end = folded.motion, 1 + 2 * folded.motion.harmonics.size
+    power = (motion.coefficients**2 / np.diag(motion.covariance))[1:end].reshape(-1, 2).sum(axis=1)
+    strong = (power > _STRONG * math.log(folded.count.sum())) | (motion.harmonics == 1)
+    strong |= motion.harmonics.size > 4  # significant together
+    kept = np.ones(motion.coefficients.size, dtype=bool)
     kept[1:end] = np.repeat(strong, 2)
-    return replace(
-        folded,
-        harmonics=lock(folded.harmonics[strong]),
-        coefficients=lock(folded.coefficients[kept]),
-        covariance=lock(folded.covariance[np.ix_(kept, kept)]),
+    motion = replace(
+        motion,
+        harmonics=motion.harmonics[strong],
+        coefficients=motion.coefficients[kept],
+        covariance=motion.covariance[np.ix_(kept, kept)],
     )
+    return replace(folded, motion=motion)
 
 
 def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
@@ -159,7 +159,7 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
             # An error of the middle has opposite signs on both halves, and the motion has no jumps.
             first = int(np.argmax(whole.displacement))
             phase = math.pi * np.mod(np.arange(half.size) - first, half.size) / f.size
-            columns = np.column_stack((folded.basis(phase), half))
+            columns = np.column_stack((folded.motion.basis(phase), half))
             normal = 0.5 * columns.T @ columns
             normal[-1, -1] += 2.0  # by both ends
             inverse = np.linalg.inv(normal)
@@ -169,13 +169,13 @@ def loop_of(record: Record, noise: tuple[float, float], bins: int) -> Folded:
         measured = np.equal(falls, x[branch][-1] < x[branch][0]).all(axis=0)
         side = np.where(folded.displacement(folded.phase, 1) < 0.0, -1.0, 1.0)
         error = float(inverse[-1, -1]) ** 0.5 * noise[1]
-        shift = np.linalg.lstsq(folded.basis(folded.phase), error * side)[0]
-        covariance = lock(2.0 * folded.covariance + np.outer(shift, shift))
+        shift = np.linalg.lstsq(folded.motion.basis(folded.phase), error * side)[0]
+        covariance = 2.0 * folded.motion.covariance + np.outer(shift, shift)
         note = "half a loop: its other half is completed by symmetry, and not fitted"
         return replace(
             folded,
-            covariance=covariance,
-            completed=lock(~measured),
+            motion=replace(folded.motion, covariance=covariance),
+            completed=~measured,
             notes=(*folded.notes, note),
         )
     steps = np.hypot(*((np.roll(v, -1) - v) / np.ptp(v) for v in (x, force)))

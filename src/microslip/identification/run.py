@@ -23,7 +23,7 @@ from microslip.identification.interface_step import as_pair, pair_of
 from microslip.identification.loads import groups_of
 from microslip.identification.pieces import loop_of, stretches_of
 from microslip.identification.record_fit import RecordFit
-from microslip.identification.rows import Rows
+from microslip.identification.rows import DesignRows
 from microslip.laboratory.cycles import check_direction
 from microslip.laboratory.folding import Folded as Folded
 from microslip.laboratory.folding import fold as fold
@@ -127,7 +127,7 @@ def fitted_records(
     rig_stiffness: float | tuple[float, float] | None = None,
     noise: tuple[float, float] | None = None,
     known: Mapping[str, Any] | None = None,
-) -> tuple[Identification, list[Rows]]:
+) -> tuple[Identification, list[DesignRows]]:
     """Return the free-form fit of records, and the design matrix of each record."""
     gains = _gains(known)
     rig = _rig(rig_stiffness)
@@ -148,7 +148,7 @@ def fitted_records(
         level = 0
         if one.normal_load is not None:
             level = next(i for i, group in enumerate(groups) if one.normal_load in group)
-        rows.append(Rows(one, level))
+        rows.append(DesignRows(one, level))
     fits, notes = _fitted(rows, means)
     for one in folded:
         notes += [f"{one.name}: {text}" for text in one.notes]
@@ -163,7 +163,7 @@ def fitted_records(
     return _check_rig(result), rows
 
 
-def _fitted(rows: list[Rows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
+def _fitted(rows: list[DesignRows], loads: list[float | None]) -> tuple[list[FreeForm], list[str]]:
     """Return one fit for all loads, or one for each if a single density does not fit all."""
     fit = FreeForm(rows, loads)
     if len(loads) == 1:

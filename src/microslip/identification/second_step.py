@@ -22,7 +22,7 @@ from microslip.identification.interface_model import InterfaceModel, Materials, 
 from microslip.identification.loads import carried
 
 IDENTIFIED, BOUNDED, NOT, ASSUMED = "identified", "bounded", "not determined", "assumed"
-RIG = "rig_stiffness"
+RIG_PARAMETER = "rig_stiffness"
 _NARROW = 0.3
 """Largest relative half-width of the interval of an identified parameter."""
 _FINE = 1500
@@ -164,7 +164,7 @@ class InterfaceStep(Locked):
         return f"InterfaceStep({'fits' if self.fits else 'does not fit'})"
 
 
-class Statistics:
+class SufficientStatistics:
     """Sufficient statistics of a free-form fit: matrix R (``root``) and vector r (``target``).
 
     A law with coefficients g has the residuals R g - r. The coefficients are the scaled stiffnesses
@@ -268,7 +268,7 @@ class Problem:
 
     def __init__(
         self,
-        statistics: Statistics,
+        statistics: SufficientStatistics,
         law: Law,
         data: Sequence[Datum],
         scatter: Scatter | None = None,
@@ -277,9 +277,9 @@ class Problem:
         unknowns = list(law.unknowns)
         if statistics.free_rig:
             stiff = statistics.least_stiffness
-            unknowns.append(Unknown(RIG, "N/m", 3.0 * stiff, low=1.001 * stiff))
+            unknowns.append(Unknown(RIG_PARAMETER, "N/m", 3.0 * stiff, low=1.001 * stiff))
         elif statistics.rig is not None and statistics.rig[1] > 0.0:
-            unknowns.append(Unknown(RIG, "N/m", statistics.rig[0]))
+            unknowns.append(Unknown(RIG_PARAMETER, "N/m", statistics.rig[0]))
         self.unknowns = unknowns
 
     def values(self, q: Floats) -> dict[str, float]:
@@ -303,9 +303,9 @@ class Problem:
         return np.array(low), np.array(high)
 
     def coefficients(self, values: Values) -> Floats:
-        """Return the scaled coefficients of the sliders of the law, see :class:`Statistics`."""
+        """Return the scaled coefficients of the sliders of the law."""
         rig = self.statistics.rig
-        stiffness = values.get(RIG, rig[0] if rig else math.inf)
+        stiffness = values.get(RIG_PARAMETER, rig[0] if rig else math.inf)
         return self.statistics.sliders(
             lambda u, load: self.law.backbone(u, values, load), 1.0 / stiffness
         )
@@ -319,8 +319,8 @@ class Problem:
             rows = rows - directions @ (shrink * (directions.T @ rows))
         rig = self.statistics.rig
         extra = [(datum.function(values) - datum.value) / datum.error for datum in self.data]
-        if RIG in values and rig is not None and rig[1] > 0.0:
-            extra.append((values[RIG] - rig[0]) / rig[1])
+        if RIG_PARAMETER in values and rig is not None and rig[1] > 0.0:
+            extra.append((values[RIG_PARAMETER] - rig[0]) / rig[1])
         return np.asarray(np.nan_to_num(np.append(rows, extra), nan=1e6, posinf=1e6, neginf=-1e6))
 
     _whitening: tuple[Floats, Floats] | None = None
@@ -337,7 +337,7 @@ class Problem:
 
 
 def solve(
-    statistics: Statistics,
+    statistics: SufficientStatistics,
     law: Law,
     data: Sequence[Datum] = (),
     scatter: Scatter | None = None,
@@ -360,7 +360,9 @@ def solve(
         if np.any((at + moved) * at <= 0.0):
             break
         about = fit.about(moved, x[: fit.y.size])
-        statistics = Statistics(about, statistics.bands, statistics.rig, statistics.free_rig)
+        statistics = SufficientStatistics(
+            about, statistics.bands, statistics.rig, statistics.free_rig
+        )
         solved = _solved(statistics, law, data, scatter, [values])
         if np.all(np.abs(moved) < _SAME * np.abs(at)):
             break
@@ -368,7 +370,7 @@ def solve(
 
 
 def _solved(
-    statistics: Statistics,
+    statistics: SufficientStatistics,
     law: Law,
     data: Sequence[Datum],
     scatter: Scatter | None,
@@ -460,7 +462,7 @@ def verdict_of(low: float, high: float, is_log: bool) -> str:
     return IDENTIFIED if half <= _NARROW else BOUNDED
 
 
-def parameters_of(
+def fitted_parameters(
     problem: Problem, q: Floats, least: float, covariance: Floats
 ) -> dict[str, Parameter]:
     """Return the free parameters of a law with profile-likelihood intervals and verdicts."""
@@ -473,6 +475,6 @@ def parameters_of(
             value, low, high = math.exp(value), math.exp(low), math.exp(min(high, 700.0))
             low = 0.0 if low < 1e-300 else low
             high = math.inf if high > 1e300 else high
-        verdict = BOUNDED if one.name == RIG else verdict_of(low, high, one.is_log)
+        verdict = BOUNDED if one.name == RIG_PARAMETER else verdict_of(low, high, one.is_log)
         parameters[one.name] = Parameter(one.name, one.unit, value, low, high, verdict)
     return parameters

@@ -19,11 +19,11 @@ from microslip._core.wording import plural
 from microslip.laboratory.cuts import (
     BAND,
     Cuts,
-    Motion,
+    Swing,
     candidates,
     len_of,
-    motion_of,
     runs_of,
+    swing_of,
     window_of,
 )
 from microslip.laboratory.record import Record, once_a_record
@@ -47,7 +47,7 @@ _OVER_NOISE = 10.0
 """Smallest ratio of the amplitude to the noise."""
 
 
-class Block(NamedTuple):
+class CycleBlock(NamedTuple):
     """Samples ``first`` to ``stop`` (exclusive) of a record, and the whole cycles in them."""
 
     first: int
@@ -69,13 +69,13 @@ class Block(NamedTuple):
 class Blocks(NamedTuple):
     """Blocks of a record with at least one whole cycle each; all cycles begin at the same phase."""
 
-    having_cycles: tuple[Block, ...]
+    having_cycles: tuple[CycleBlock, ...]
     notes: tuple[str, ...]
 
 
 @once_a_record
-def _motion(record: Record) -> Motion:
-    return motion_of(record.displacement, record.force)
+def _swing(record: Record) -> Swing:
+    return swing_of(record.displacement, record.force)
 
 
 @once_a_record
@@ -90,7 +90,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
     longest = LONG * float(np.percentile(steps, 90.0))
     is_long = steps > longest
     if is_long.any():
-        period = _motion(record).period
+        period = _swing(record).period
         is_long &= steps > OF_CYCLE * period * float(steps[~is_long].mean())
     return np.flatnonzero(is_long | is_jump)
 
@@ -98,7 +98,7 @@ def gaps_of(record: Record) -> NDArray[np.intp]:
 @once_a_record
 def stops_of(record: Record) -> NDArray[np.intp]:
     """Return first sample and end (exclusive) of each standstill of a record (stops, 2)."""
-    x, motion = record.displacement, _motion(record)
+    x, motion = record.displacement, _swing(record)
     size = max(int(0.25 * _STOOD * motion.period), 2)
     number = x.size // size
     # A few samples of each piece show whether it moves.
@@ -128,13 +128,13 @@ def blocks_of(record: Record) -> Blocks:
     # The way to a stop and that from it belong to no whole cycle.
     inner_stops = stops[(stops[:, 0] > 0) & (stops[:, 1] < x.size)]
     ends = np.unique(np.concatenate((gaps, inner_stops[:, 0] - 1, inner_stops[:, 1] - 1))).tolist()
-    motion = motion_of(x, force, ends) if ends else _motion(record)
+    motion = swing_of(x, force, ends) if ends else _swing(record)
     pieces = list(pairwise([0, *(end + 1 for end in ends), x.size]))
     piece_cycles = [candidates(x[first:stop], motion) for first, stop in pieces]
     cycle_counts = np.array([[len_of(cycles) for cycles in of_block] for of_block in piece_cycles])
     kind = int(cycle_counts.sum(axis=0).argmax())
     blocks = [
-        Block(first, stop, cycles)
+        CycleBlock(first, stop, cycles)
         for (first, stop), of_block in zip(pieces, piece_cycles, strict=True)
         if (cycles := of_block[kind]) is not None
     ]
@@ -160,7 +160,7 @@ def blocks_of(record: Record) -> Blocks:
     return Blocks(tuple(small), notes)
 
 
-def _by_frequency(block: Block, motion: Motion) -> list[Block]:
+def _by_frequency(block: CycleBlock, motion: Swing) -> list[CycleBlock]:
     periods = np.diff(block.cycles.cuts).astype(float)
     if periods.max() <= _ONE_FREQUENCY * periods.min():
         return [block]
@@ -178,10 +178,12 @@ def _by_frequency(block: Block, motion: Motion) -> list[Block]:
     return parts
 
 
-def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: int) -> list[Block]:
+def _with_smaller(
+    x: Floats, force: Floats, block: CycleBlock, motion: Swing, kind: int
+) -> list[CycleBlock]:
     way, band = x[block.samples], BAND * motion.amplitude
     near = (way >= motion.middle - band) & (way <= motion.middle + band)
-    smaller: list[Block] = []
+    smaller: list[CycleBlock] = []
     cuts = block.cycles.cuts
     is_between = np.ones(cuts.size - 1, dtype=bool)
     for begin, end in runs_of(near).tolist():
@@ -189,7 +191,7 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
         if stop - first < _FEWEST_SMALLER * motion.period:
             continue
         try:
-            stretch_motion = motion_of(x[first:stop], force[first:stop])
+            stretch_motion = swing_of(x[first:stop], force[first:stop])
         except InputError:  # it rests there
             continue
         alike = abs(stretch_motion.period - motion.period) < _SAME_PERIOD * motion.period
@@ -197,7 +199,9 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
             continue
         cycles = candidates(x[first:stop], stretch_motion)[kind]
         if cycles is not None and len_of(cycles) >= _FEWEST_SMALLER:
-            smaller += _with_smaller(x, force, Block(first, stop, cycles), stretch_motion, kind)
+            smaller += _with_smaller(
+                x, force, CycleBlock(first, stop, cycles), stretch_motion, kind
+            )
             is_between &= (cuts[1:] <= begin) | (cuts[:-1] >= end)
     if not smaller:
         return [block]
@@ -205,10 +209,10 @@ def _with_smaller(x: Floats, force: Floats, block: Block, motion: Motion, kind: 
     return sorted(larger + smaller, key=lambda part: part.first)
 
 
-def _cycles_between(block: Block, begin: int, end: int) -> Block:
+def _cycles_between(block: CycleBlock, begin: int, end: int) -> CycleBlock:
     first, last = (int(block.cycles.cuts[i]) for i in (begin, end))
     cycles = block.cycles.selected(begin, end, first)
-    return Block(block.first + first, block.first + last + 1, cycles)
+    return CycleBlock(block.first + first, block.first + last + 1, cycles)
 
 
 def _gap_note(time: Floats, gaps: NDArray[np.intp], empty: int) -> str:

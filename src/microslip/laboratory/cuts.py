@@ -75,7 +75,7 @@ def noise_of(values: Floats) -> float:
     )
 
 
-class Motion(NamedTuple):
+class Swing(NamedTuple):
     """Middle, amplitude (half the range) and noise of a displacement [m], and period [samples]."""
 
     middle: float
@@ -86,7 +86,7 @@ class Motion(NamedTuple):
     """Noise of the displacement or of the force, the larger over half its range [-]."""
 
 
-def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Motion:
+def swing_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> Swing:
     """Estimate middle, amplitude, noise and period of a displacement between ``gaps`` [samples]."""
     sampled = displacement[:: max(1, displacement.size >> 17)]
     low, high = (float(value) for value in np.percentile(sampled, (1.0, 99.0)))
@@ -114,7 +114,7 @@ def motion_of(displacement: Floats, force: Floats, gaps: Sequence[int] = ()) -> 
     noise = noise_of(x)
     spread = float(np.ptp(force[:: max(1, force.size >> 17)]))
     noise_in_force = 2.0 * noise_of(force) / spread if spread > 0.0 else 0.0
-    return Motion(middle, amplitude, noise, period, max(noise / amplitude, noise_in_force))
+    return Swing(middle, amplitude, noise, period, max(noise / amplitude, noise_in_force))
 
 
 _REPEATED, _CLOSED = 0.3, 4.0
@@ -137,7 +137,7 @@ def one_loop(x: Floats, force: Floats) -> tuple[int, bool, bool]:
     return size, 5 <= turns.size <= 6, gap <= _CLOSED * usual
 
 
-def candidates(displacement: Floats, motion: Motion) -> tuple[Cuts | None, ...]:
+def candidates(displacement: Floats, motion: Swing) -> tuple[Cuts | None, ...]:
     """Cut cycles at peaks, troughs, up-crossings and down-crossings; None if there are none.
 
     A half cycle counts if it crosses a band around the middle of the displacement, so that noise

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, exact, positive
 from microslip._core.errors import InputError
-from microslip.laboratory.blocks import Block, blocks_of
+from microslip.laboratory.blocks import CycleBlock, blocks_of
 from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.estimates import trend
 from microslip.laboratory.record import Record
@@ -43,7 +43,7 @@ _COLUMNS: dict[str, tuple[str, tuple[str, ...], str]] = {
     "closure_error": ("-", (), "closure error"),
 }
 """Columns of the cycles: SI unit, sensors whose gain errors they share, and label in tables."""
-UNITS: Mapping[str, str] = MappingProxyType({name: row[0] for name, row in _COLUMNS.items()})
+COLUMN_UNITS: Mapping[str, str] = MappingProxyType({name: row[0] for name, row in _COLUMNS.items()})
 LABELS: Mapping[str, str] = MappingProxyType({n: row[2] for n, row in _COLUMNS.items() if row[2]})
 
 
@@ -60,7 +60,7 @@ def block_columns(
     compliance: float = 0.0,
     time: Floats | None = None,
 ) -> dict[str, Floats]:
-    """Evaluate the cycles of a block: the columns of :data:`UNITS` and ``force_rms`` [N].
+    """Evaluate the cycles of a block: the columns of :data:`COLUMN_UNITS` and ``force_rms`` [N].
 
     ``compliance`` [m/N] is that of the rig, whose deflection is subtracted from the displacement
     ``moved`` [m]. Frequencies are given if the ``time`` [s] of the samples is. A significant linear
@@ -186,9 +186,6 @@ _KINK = 0.002
 0.4 % where one is at the end of the chord."""
 _FEWEST, _MOST_SHARE = 3, 0.9
 """Fewest samples in the window, and largest fraction of the force range in it."""
-
-STIFFNESS = "chord_stiffness"
-"""Column that is averaged as a compliance."""
 
 
 def branch_compliance(
@@ -369,7 +366,7 @@ _ENCLOSED = (
 
 
 def sampling_errors(
-    record: Record, block: Block, columns: Mapping[str, Floats], compliance: float
+    record: Record, block: CycleBlock, columns: Mapping[str, Floats], compliance: float
 ) -> dict[str, float]:
     """Estimate the half-widths of errors of means due to sample spacing, relative to the means.
 
@@ -395,7 +392,7 @@ def sampling_errors(
             load_part = pressed[parity::2] if isinstance(pressed, np.ndarray) else pressed
             part = block_columns(x[parity::2], force[parity::2], load_part, half, compliance)
             for name in names:
-                change = _relative(whole[name], part[name], name == STIFFNESS)
+                change = _relative(whole[name], part[name], name == "chord_stiffness")
                 errors[name] = max(errors[name], change / _ORDER)
     # The reversal is extrapolated from samples beside it: an error of the next order remains.
     errors = {name: max(error, 2.0 * polygon**2) for name, error in errors.items()}
@@ -405,7 +402,7 @@ def sampling_errors(
     doubt = columns["chord_doubt"]
     fine = doubt[np.isfinite(doubt)]
     chord_doubt = float(np.median(fine)) if fine.size else 0.0
-    errors[STIFFNESS] = math.hypot(errors[STIFFNESS], chord_doubt)
+    errors["chord_stiffness"] = math.hypot(errors["chord_stiffness"], chord_doubt)
     return errors
 
 

@@ -18,7 +18,7 @@ from microslip._core.checks import Floats, exact, show
 from microslip._core.errors import InputError
 from microslip._core.units import engineering, significant
 from microslip._core.wording import plural
-from microslip.laboratory.blocks import Block, Blocks, blocks_of
+from microslip.laboratory.blocks import Blocks, CycleBlock, blocks_of
 from microslip.laboratory.conditioning import lag_of
 from microslip.laboratory.cuts import noise_of
 from microslip.laboratory.cycle_columns import columns_of
@@ -30,7 +30,7 @@ from microslip.laboratory.loop_shape import (
     lost_motion_of,
     shape_of,
 )
-from microslip.laboratory.record import UNITS, Record, once_a_record
+from microslip.laboratory.record import CHANNEL_UNITS, Record, once_a_record
 from microslip.laboratory.settling import (
     OPEN,
     Settled,
@@ -84,8 +84,8 @@ class Cycles:
     spikes: tuple[Spike, ...]
     blocks: Blocks
     columns: Mapping[str, Floats]
-    """Columns of :data:`~microslip.laboratory.cycle_columns.UNITS` and ``force_rms`` [N], without
-    correction for the rig."""
+    """Columns of :data:`~microslip.laboratory.cycle_columns.COLUMN_UNITS` and ``force_rms`` [N],
+    without correction for the rig."""
     has_spike: NDArray[np.bool_]
     """Mask of cycles with a spike."""
     is_open: NDArray[np.bool_]
@@ -98,8 +98,8 @@ class Cycles:
         return closed if closed.any() else ~self.has_spike
 
     @property
-    def largest_block(self) -> Block:
-        """Block with the most cycles."""
+    def largest_block(self) -> CycleBlock:
+        """CycleBlock with the most cycles."""
         return max(self.blocks.having_cycles, key=lambda block: block.cycle_count)
 
     @cached_property
@@ -167,7 +167,7 @@ class Cycles:
             step = self.steps.get(name)
             found = {at: _plateau(values, at, step) for at in (values.min(), values.max())}
             texts = [
-                f"{engineering(at, UNITS[name])} in {100.0 * n:.1f} %"
+                f"{engineering(at, CHANNEL_UNITS[name])} in {100.0 * n:.1f} %"
                 for at, (n, _) in found.items()
                 if n
             ]
@@ -198,8 +198,9 @@ class Cycles:
         for name, step in self.steps.items():
             share = step / float(np.ptp(getattr(self.record, name)))
             if 2.0 * share > _COARSE:
+                size = engineering(step, CHANNEL_UNITS[name])
                 notes.append(
-                    f"the {name} lies on a converter's steps of {engineering(step, UNITS[name])}, "
+                    f"the {name} lies on a converter's steps of {size}, "
                     f"{significant(100.0 * share, 2)} % of its range; use a smaller measuring range"
                 )
         return notes
@@ -291,8 +292,9 @@ class Cycles:
             total = line.slope * float(np.ptp(rows) + 1.0) if rows.size > 3 else 0.0
             share = abs(total) / (2.0 * abs(float(np.median(self.columns[size][rows]))) or 1.0)
             if line.is_certain and share > DRIFTS:
+                size_text = engineering(total, CHANNEL_UNITS[channel])
                 notes.append(
-                    f"the {channel} drifts by {engineering(total, UNITS[channel])} over the "
+                    f"the {channel} drifts by {size_text} over the "
                     f"evaluated cycles, {significant(100.0 * share, 2)} % of its range; a linear "
                     "trend is removed"
                 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from microslip._core.checks import Floats, number, show
 from microslip._core.errors import InputError
-from microslip._core.frozen import Locked, lock
+from microslip._core.frozen import LockedArrays
 from microslip._core.units import engineering
 from microslip._core.wording import plural
 from microslip.laboratory.cuts import FEWEST_SAMPLES, one_loop
@@ -24,7 +24,7 @@ from microslip.laboratory.mean_cycle import (
     errors_of_steps,
     places_of,
 )
-from microslip.laboratory.motion import QUIET, basis, motion_of
+from microslip.laboratory.motion import QUIET, PeriodicMotion, motion_of
 from microslip.laboratory.record import Record
 
 FEWEST_CYCLES = 3
@@ -42,7 +42,7 @@ over the mean."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Folded(Locked):
+class Folded(LockedArrays):
     """Settled cycles of a record, averaged by phase within the cycle.
 
     The displacement is a Fourier series of the significant harmonics, plus corners for motions such
@@ -63,12 +63,8 @@ class Folded(Locked):
     """Sum of the forces of each cycle (rows) in each bin [N]."""
     cycle_count: NDArray[np.float64]
     """Samples of each cycle (rows) in each bin."""
-    harmonics: NDArray[np.int64]
-    """Orders of the harmonics of the displacement, without the mean."""
-    coefficients: NDArray[np.float64]
-    """Mean [m], cosine and sine of each harmonic [m], height and shift of each corner [m]."""
-    covariance: NDArray[np.float64]
-    """Covariance of the coefficients [m^2]."""
+    motion: PeriodicMotion
+    """Displacement as a sum of harmonics and corners."""
     force_noise: float
     """Standard deviation of one sample of force [N]."""
     normal_load: float | None
@@ -77,38 +73,32 @@ class Folded(Locked):
     """Number of settled cycles."""
     notes: tuple[str, ...]
     """Notes on the cycles and on the folding."""
-    load_terms: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    load_terms: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """Cosine and sine of each harmonic of the normal load [N]; empty if the load is constant."""
-    drifted: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    drifted: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """Effect of one standard error of the drift on the force of each bin [N]."""
-    stepped: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((0, 0))))
+    stepped: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     """Effects of the converter steps, one standard deviation per row [N]."""
     growth: float = 0.0
     """Relative growth of the force of the loops over the cycles; 0 if not significant."""
-    corners: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
-    """Phases [rad] of corners of the displacement."""
-    cycle_amplitude: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros(0)))
+    cycle_amplitude: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
     """Displacement amplitude of each cycle [m]; empty for an averaged cycle."""
-    completed: NDArray[np.bool_] = field(default_factory=lambda: lock(np.zeros(0, dtype=bool)))
+    completed: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     """Whether each bin is of the half of a loop that symmetry completes; empty for whole loops."""
-    samples: NDArray[np.float64] = field(default_factory=lambda: lock(np.zeros((3, 0))))
+    samples: NDArray[np.float64] = field(default_factory=lambda: np.zeros((3, 0)))
     """Phase [rad], bin and cycle of each sample, shape (3, samples).
 
     Given only if bins hold few samples with uneven phases; otherwise empty.
     """
 
-    def basis(self, phase: Floats, order: int = 0) -> Floats:
-        """Evaluate displacement terms, or their derivatives, at phases [rad] (phases, terms)."""
-        return basis(phase, self.harmonics, self.corners, order)
-
     def displacement(self, phase: Floats, order: int = 0) -> Floats:
         """Evaluate the displacement [m] at phases [rad], or its phase derivative of ``order``."""
-        return self.basis(phase, order) @ self.coefficients
+        return self.motion.basis(phase, order) @ self.motion.coefficients
 
     @property
     def amplitude(self) -> float:
         """Amplitude of the displacement [m], half its range."""
-        phase = np.append(np.linspace(0.0, 2.0 * math.pi, 2048), self.corners)
+        phase = np.append(np.linspace(0.0, 2.0 * math.pi, 2048), self.motion.corners)
         return 0.5 * float(np.ptp(self.displacement(phase)))
 
     @property
@@ -123,23 +113,26 @@ class Folded(Locked):
         full = count > 0.0
         force = self.cycle_force[rows].sum(axis=0)[full] / count[full]
         changed = {
-            "phase": lock(self.phase[full]),
-            "spread": lock(self.spread[full]),
-            "force": lock(force),
-            "count": lock(count[full]),
-            "drifted": lock(self.drifted[full] if self.drifted.size else self.drifted),
-            "stepped": lock(self.stepped[:, full] if self.stepped.size else self.stepped),
-            "cycle_force": lock(self.cycle_force[np.ix_(rows, full)]),
-            "cycle_count": lock(self.cycle_count[np.ix_(rows, full)]),
-            "covariance": lock(self.covariance * (self.cycles / np.count_nonzero(rows))),
+            "phase": self.phase[full],
+            "spread": self.spread[full],
+            "force": force,
+            "count": count[full],
+            "drifted": self.drifted[full] if self.drifted.size else self.drifted,
+            "stepped": self.stepped[:, full] if self.stepped.size else self.stepped,
+            "cycle_force": self.cycle_force[np.ix_(rows, full)],
+            "cycle_count": self.cycle_count[np.ix_(rows, full)],
+            "motion": replace(
+                self.motion,
+                covariance=self.motion.covariance * (self.cycles / np.count_nonzero(rows)),
+            ),
             "cycles": int(np.count_nonzero(rows)),
         }
         phases, bins, cycles = self.samples[:, rows[self.samples[2].astype(np.int64)]]
         bins, cycles = (
             (np.cumsum(m) - 1)[i.astype(int)] for m, i in ((full, bins), (rows, cycles))
         )
-        changed["samples"] = lock(np.stack((phases, bins, cycles)))
-        return Folded(**{**self.__dict__, **changed})
+        changed["samples"] = np.stack((phases, bins, cycles))
+        return replace(self, **changed)
 
     def __repr__(self) -> str:
         return f"Folded({self.name!r}, {self.cycles} cycles, {self.phase.size} bins)"
@@ -234,7 +227,7 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
             noise_f = math.hypot(noise_f, 0.5 * step * math.sqrt(float(total.mean())))
     del force
     few = bool(spread.any()) and phase.size <= _FEW * size
-    samples = np.stack((phase, column, place)) if few else np.zeros((3, 0))
+    samples: NDArray[Any] = np.stack((phase, column, place)) if few else np.zeros((3, 0))
     place *= size
     place += column
     shape = rows.size, size
@@ -245,26 +238,23 @@ def fold(record: Record, bins: int = _MOST_BINS) -> Folded:
     growth = grown.slope if abs(grown.slope) > _LIKELY * grown.standard_error else 0.0
     return Folded(
         name=record.name,
-        phase=lock(curve.middle),
-        spread=lock(spread),
-        force=lock(level.mean),
-        count=lock(total),
-        cycle_force=lock(sums),
-        cycle_count=lock(counts),
-        cycle_amplitude=lock(np.asarray(judgement.columns["amplitude"])[is_folded]),
-        harmonics=lock(harmonics),
-        coefficients=lock(motion.coefficients),
-        covariance=lock(motion.covariance + np.outer(saw, saw)),
+        phase=curve.middle,
+        spread=spread,
+        force=level.mean,
+        count=total,
+        cycle_force=sums,
+        cycle_count=counts,
+        cycle_amplitude=np.asarray(judgement.columns["amplitude"])[is_folded],
+        motion=replace(motion, covariance=motion.covariance + np.outer(saw, saw)),
         force_noise=max(noise_f, QUIET * 0.5 * float(np.ptp(level.mean))),
         normal_load=load,
         cycles=int(rows.size),
         notes=tuple(notes),
-        load_terms=lock(load_terms),
+        load_terms=load_terms,
         growth=growth,
-        drifted=lock(drifted),
-        stepped=lock(stepped),
-        corners=lock(motion.corners),
-        samples=lock(samples),
+        drifted=drifted,
+        stepped=stepped,
+        samples=samples,
     )
 
 
@@ -379,7 +369,7 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     phase = np.mod(phase - phase[0], 2.0 * math.pi)
     floor = QUIET * 0.5 * span
     motion = motion_of(phase, x, size)
-    stated = max(noise[1], floor)
+    scale = max(noise[1], floor) / max(motion.noise, floor)
     column = np.arange(size) * min(size, bins) // size
     count = np.bincount(column).astype(float)
     places = np.bincount(column, phase) / count
@@ -390,19 +380,16 @@ def averaged(record: Record, noise: tuple[float, float], bins: int = _MOST_BINS)
     )
     return Folded(
         name=record.name,
-        phase=lock(places),
-        spread=lock(np.sqrt(np.bincount(column, (phase - places[column]) ** 2) / count)),
-        force=lock(sums / count),
-        count=lock(count),
-        cycle_force=lock(sums[None].astype(float)),
-        cycle_count=lock(count[None]),
-        harmonics=lock(motion.harmonics),
-        coefficients=lock(motion.coefficients),
-        covariance=lock(motion.covariance * (stated / max(motion.noise, floor)) ** 2),
+        phase=places,
+        spread=np.sqrt(np.bincount(column, (phase - places[column]) ** 2) / count),
+        force=sums / count,
+        count=count,
+        cycle_force=sums[None].astype(float),
+        cycle_count=count[None],
+        motion=replace(motion, covariance=motion.covariance * scale**2),
         force_noise=noise[0],
         normal_load=float(load.mean()) if isinstance(load, np.ndarray) else load,
         cycles=1,
         notes=(note,),
-        corners=lock(motion.corners),
-        samples=lock(np.stack((phase, column, np.zeros(size)))),
+        samples=np.stack((phase, column, np.zeros(size))),
     )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.frozen import lock
 from microslip._core.units import engineering
-from microslip.laboratory.blocks import Block
+from microslip.laboratory.blocks import CycleBlock
 from microslip.laboratory.cuts import Cuts
 from microslip.laboratory.record import Record
 
@@ -267,7 +267,7 @@ def _angles(cycles: Cuts) -> tuple[slice, Floats]:
     return slice(int(cuts[0]), int(cuts[-1])), np.interp(place, cuts, np.arange(cuts.size)) % 1.0
 
 
-def third_harmonic_of(record: Record, block: Block) -> tuple[float, list[str]]:
+def third_harmonic_of(record: Record, block: CycleBlock) -> tuple[float, list[str]]:
     """Return the third harmonic of the displacement over the fundamental [-], with a note.
 
     The note is given if it is in phase with the fundamental and the fifth harmonic is much smaller,
@@ -290,7 +290,7 @@ def third_harmonic_of(record: Record, block: Block) -> tuple[float, list[str]]:
     ]
 
 
-def load_ripple_of(record: Record, block: Block) -> float | None:
+def load_ripple_of(record: Record, block: CycleBlock) -> float | None:
     """Return half the range of the normal load within the mean cycle, over its mean [-]."""
     if not isinstance(record.normal_load, np.ndarray):
         return None

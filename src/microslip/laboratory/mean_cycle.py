@@ -21,7 +21,7 @@ _TWO_STEPS, _LEAST_BINS = 0.25 + 1e-9, 0.05
 smallest fraction of such bins in a record that is evaluated by steps."""
 
 
-class Level(NamedTuple):
+class ChannelMean(NamedTuple):
     """Mean cycle of a channel, and deviations of its samples from the mean cycle."""
 
     mean: Floats
@@ -89,7 +89,7 @@ class MeanCycle:
             curve += row[self.column]
         return curve
 
-    def of(self, values: NDArray[Any]) -> Level:
+    def of(self, values: NDArray[Any]) -> ChannelMean:
         """Fit the mean cycle to the samples of a channel, in any unit."""
         moments = self._moments(values, 0 if self._alike else 3)
         mean = moments[0] / self.total
@@ -104,7 +104,7 @@ class MeanCycle:
             sums = self._with_neighbours(moments)
             factors = np.einsum("nij,jn->in", self._inverse, sums)
         residual = values - self._curve(factors)
-        return Level(mean, mean - np.bincount(self.column, residual) / self.total, residual)
+        return ChannelMean(mean, mean - np.bincount(self.column, residual) / self.total, residual)
 
     def noise(self, residual: Floats, fitted_count: int = 0) -> float:
         """Estimate the standard deviation of noise, if ``fitted_count`` more terms were fitted."""

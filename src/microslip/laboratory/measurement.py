@@ -22,9 +22,8 @@ from microslip.figures.plottable import Plottable
 from microslip.laboratory.conditioning import condition
 from microslip.laboratory.cuts import noise_of, one_loop
 from microslip.laboratory.cycle_columns import (
+    COLUMN_UNITS,
     LABELS,
-    STIFFNESS,
-    UNITS,
     checked_gains,
     columns_of,
     gain_error,
@@ -297,7 +296,7 @@ def measure(
     third_harmonic, bent_notes = third_harmonic_of(record, largest)
     notes += bent_notes
     notes += beyond_all_rigs(columns)
-    columns = {name: columns[name] for name in UNITS if name in columns}
+    columns = {name: columns[name] for name in COLUMN_UNITS if name in columns}
     spring = None if shape is None or judged.delay else parallel_spring(shape)
     of_contact = columns if not (shape and spring) else without_spring(columns, shape, spring)
     regimes, probability = _regimes_of(of_contact, counting.selection, counting.is_moving)
@@ -382,7 +381,7 @@ def _means(
     for name, values in columns.items():
         if name in ("start", "cycle_number"):
             continue
-        average = mean_of_inverses if name == STIFFNESS else mean_of
+        average = mean_of_inverses if name == "chord_stiffness" else mean_of
         mean = average(values[rows], level, is_moving)
         error = gain_error(name, gains)
         if mean.number > 1:
@@ -398,7 +397,7 @@ def _energy_noise(x: Floats, force: Floats, period: float) -> float:
 
 
 def _with_units(means: Mapping[str, Estimate]) -> dict[str, Any]:
-    return {name: {"unit": UNITS[name], **mean._asdict()} for name, mean in means.items()}
+    return {name: {"unit": COLUMN_UNITS[name], **mean._asdict()} for name, mean in means.items()}
 
 
 def _turned_to_its_peak(record: Record) -> Record:

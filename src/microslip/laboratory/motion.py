@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from microslip._core.checks import Floats
+from microslip._core.frozen import LockedArrays
 from microslip.laboratory.mean_cycle import stretches
 
 MOST_HARMONICS, MOST_OF_CORNERS = 120, 300
@@ -24,7 +25,8 @@ _MOST_CORNERS, _SHARP, _MOVES = 12, 0.25, 8
 """Most corners per cycle, smallest over largest, and iterations that find their phases."""
 
 
-class Motion(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PeriodicMotion(LockedArrays):
     """Periodic displacement as a sum of terms that are linear in the coefficients.
 
     Coefficients [m] are the mean, cosine and sine of each harmonic, and two for each corner at
@@ -42,6 +44,10 @@ class Motion(NamedTuple):
     noise: float
     """Standard deviation of a sample [m]."""
 
+    def basis(self, phase: Floats, order: int = 0) -> Floats:
+        """Evaluate the terms, or their derivatives, at phases [rad] (phases, coefficients)."""
+        return basis(phase, self.harmonics, self.corners, order)
+
 
 def basis(
     phase: Floats, harmonics: NDArray[np.int64], corners: Floats, order: int = 0
@@ -58,9 +64,9 @@ def basis(
 
 
 def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.float64]:
-    """Return K and K' of :class:`Motion` at phases [rad], columns K, K' of each corner in turn.
+    """Return K and K' of :class:`PeriodicMotion`, with columns K, K' of each corner in turn.
 
-    ``order`` is the number of further derivatives with respect to the phase.
+    They are evaluated at phases [rad], after ``order`` derivatives with respect to the phase.
     """
     turn = np.mod(phase[:, None] - corners, 2.0 * math.pi)
     away = np.where(turn > 0.0, turn - math.pi, 0.0) / (2.0 * math.pi)
@@ -71,13 +77,14 @@ def corner_terms(phase: Floats, corners: Floats, order: int = 0) -> NDArray[np.f
     return np.stack(steps[order : order + 2], axis=2).reshape(phase.size, 2 * corners.size)
 
 
-def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floats:
+def phase_derivative(motion: PeriodicMotion) -> Floats:
     """Return the coefficients of the derivative of a motion with respect to the phase.
 
     A corner contributes c K' + d K'', with the kernel K and the coefficients c and d of
-    :class:`Motion`. The impulse d K'' is left out.
+    :class:`PeriodicMotion`. The impulse d K'' is left out.
     """
-    n, end = harmonics.astype(float), 1 + 2 * harmonics.size
+    coefficients, n = motion.coefficients, motion.harmonics.astype(float)
+    end = 1 + 2 * n.size
     moved = np.zeros_like(coefficients)
     moved[1:end:2] = n * coefficients[2:end:2]
     moved[2:end:2] = -n * coefficients[1:end:2]
@@ -88,7 +95,7 @@ def phase_derivative(coefficients: Floats, harmonics: NDArray[np.int64]) -> Floa
 # -- fit to samples -------------------------------------------------------------------------------
 
 
-def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
+def motion_of(phase: Floats, x: Floats, places: int) -> PeriodicMotion:
     """Fit a motion to displacements ``x`` [m] at phases [rad] with ``places`` distinct values."""
     samples = _Samples(phase, x)
     most_resolved = max(1, math.floor(0.4 * places))
@@ -108,7 +115,7 @@ def motion_of(phase: Floats, x: Floats, places: int) -> Motion:
     return _fitted(samples, most, np.zeros(0), np.union1d(every_one, smooth.harmonics))
 
 
-def _information_criterion(motion: Motion, count: int) -> float:
+def _information_criterion(motion: PeriodicMotion, count: int) -> float:
     return 2.0 * count * math.log(motion.noise) + motion.coefficients.size * math.log(count)
 
 
@@ -148,7 +155,7 @@ class _Samples:
 
 def _fitted(
     samples: _Samples, count: int, corners: Floats, given: NDArray[np.int64] | None = None
-) -> Motion:
+) -> PeriodicMotion:
     """Fit the mean, the significant harmonics up to order ``count``, and corners.
 
     ``corners`` are initial phases [rad]; ``given`` harmonics are fitted even if not significant.
@@ -169,7 +176,7 @@ def _fitted(
             heights, shifts = coefficients[columns.size :: 2], coefficients[columns.size + 1 :: 2]
             moves = -shifts / heights
             if not np.abs(moves).max(initial=0.0) < 0.2:  # no corner there, and no fit
-                return Motion(harmonics, smooth, coefficients, normal, math.inf)
+                return PeriodicMotion(harmonics, smooth, coefficients, normal, math.inf)
             if np.abs(moves).max(initial=0.0) < 1e-8:
                 break
             corners = corners + moves
@@ -190,10 +197,10 @@ def _fitted(
             break
         harmonics = np.sort(np.concatenate((harmonics, new)))
     covariance = np.asarray(noise**2 * np.linalg.inv(normal), dtype=np.float64)
-    return Motion(harmonics, corners, coefficients, covariance, noise)
+    return PeriodicMotion(harmonics, corners, coefficients, covariance, noise)
 
 
-def _corners_of(motion: Motion) -> Floats:
+def _corners_of(motion: PeriodicMotion) -> Floats:
     """Return the phases [rad] of the largest curvatures of a motion; none if there are too many."""
     n = motion.harmonics.astype(float)
     taper = np.cos(0.5 * math.pi * n / (n[-1] + 1.0)) ** 2

@@ -69,7 +69,7 @@ class ChannelNote(Remark):
         return self.kind, self.heading, self._how, self.is_turned
 
 
-def read(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
+def read_channels(path: Path, stated: Mapping[str, Any]) -> dict[str, Any]:
     """Read a file; return the arguments of :class:`Record` by name.
 
     ``stated`` has the arguments of :meth:`Record.read`: names of columns by role, and "sample_rate"

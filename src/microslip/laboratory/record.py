@@ -23,12 +23,12 @@ from microslip._core.frozen import Locked, assign, lock
 from microslip._core.wording import one_line
 from microslip.figures.plot import Plot
 from microslip.figures.plottable import Plottable
-from microslip.laboratory.reading import check_time, read
+from microslip.laboratory.reading import check_time, read_channels
 from microslip.readers.files import POINTS, reading
 
 Answer = TypeVar("Answer")
 
-UNITS = {
+CHANNEL_UNITS = {
     "time": "s",
     "displacement": "m",
     "force": "N",
@@ -129,7 +129,7 @@ class Record(Locked, Plottable):
             raise InputError(f"`name` must be text, got {show(name)}")
         if isinstance(notes, str) or not all(isinstance(note, str) for note in notes):
             raise InputError(f"`notes` must be a tuple of texts, got {show(notes)}")
-        fields: dict[str, Any] = dict.fromkeys(UNITS) | arrays
+        fields: dict[str, Any] = dict.fromkeys(CHANNEL_UNITS) | arrays
         fields |= {"normal_load": load, "name": name, "notes": tuple(notes)}
         fields["sample_rate"] = _frequency(sample_rate)
         assign(self, **fields)
@@ -137,7 +137,7 @@ class Record(Locked, Plottable):
     @property
     def channels(self) -> dict[str, Floats]:
         """Values of each sample by quantity, in SI units."""
-        values = ((key, getattr(self, key)) for key in UNITS)
+        values = ((key, getattr(self, key)) for key in CHANNEL_UNITS)
         return {key: samples for key, samples in values if isinstance(samples, np.ndarray)}
 
     def _taken(self, rows: Any, **changed: Any) -> Record:
@@ -245,7 +245,7 @@ class Record(Locked, Plottable):
             "rows": rows,
         }
         with reading(path, "a record", limit, path_text(path)):
-            parts = read(path, stated)
+            parts = read_channels(path, stated)
             return cls(**parts, name=path.stem if name is None else name)
 
     def to_csv(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -269,7 +269,7 @@ class Record(Locked, Plottable):
             if (value := getattr(self, key)) is not None
         ]
         head += [f"# note: {one_line(note)}\n" for note in self.notes]
-        head.append(",".join(f"{key} [{UNITS[key]}]" for key in columns) + "\n")
+        head.append(",".join(f"{key} [{CHANNEL_UNITS[key]}]" for key in columns) + "\n")
         rows = zip(*(map(repr, values) for values in columns.values()), strict=True)
         lines = chain(head, (",".join(row) + "\n" for row in rows))
         with (
@@ -293,7 +293,7 @@ def once_a_record(function: Callable[[Record], Answer]) -> Callable[[Record], An
 
 
 def _locked_series(key: str, raw_values: Any) -> Floats:
-    values = checked(key, raw_values, UNITS[key].strip("-"))
+    values = checked(key, raw_values, CHANNEL_UNITS[key].strip("-"))
     # Readers hand over arrays that are locked already; a long record is not copied again.
     is_locked = values.base is None and values.ndim == 1 and not values.flags.writeable
     return values if is_locked and values is raw_values else lock(np.array(values).reshape(-1))

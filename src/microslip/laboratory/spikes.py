@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.laboratory.cuts import noise_of, runs_of
-from microslip.laboratory.record import UNITS, Record
+from microslip.laboratory.record import CHANNEL_UNITS, Record
 
 FAR = 5.0
 """Smallest size of a spike over half the usual range, of the record and of its neighbourhood."""
@@ -40,7 +40,7 @@ class Spike(NamedTuple):
     """Usual amplitude of the record, or of the neighbours [m, N]: half the range."""
 
     def __str__(self) -> str:
-        unit = UNITS[self.channel]
+        unit = CHANNEL_UNITS[self.channel]
         more = self.last > self.first
         where = f"samples {self.first} to {self.last}" if more else f"sample {self.first}"
         return (

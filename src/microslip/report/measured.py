@@ -19,7 +19,7 @@ from microslip._core.wording import plural, shorten
 from microslip.figures.picture import Picture
 from microslip.laboratory import Measurement, figures
 from microslip.laboratory.campaign import NUMBERS, Campaign, Wear
-from microslip.laboratory.cycle_columns import LABELS, UNITS
+from microslip.laboratory.cycle_columns import COLUMN_UNITS, LABELS
 from microslip.laboratory.figures import measured_loops
 from microslip.laboratory.manifest import text_of
 from microslip.laboratory.measurement import GROSS, STICK
@@ -232,7 +232,7 @@ def _levels(measured: Measurement) -> Table:
 
 
 def _quantity(name: str) -> Quantity:
-    return Quantity(UNITS[name], label=LABELS[name])
+    return Quantity(COLUMN_UNITS[name], label=LABELS[name])
 
 
 def cycles_data(measurements: Sequence[Measurement]) -> DataSet:
@@ -246,7 +246,7 @@ def cycles_data(measurements: Sequence[Measurement]) -> DataSet:
         "record": (count(""), [m.name for m in measurements for _ in m.regimes]),
         "cycle": (count(""), [n + 1 for m in measurements for n in range(len(m))]),
     }
-    for name, unit in UNITS.items():
+    for name, unit in COLUMN_UNITS.items():
         if any(name in m.cycles for m in measurements):
             columns[name] = Quantity(unit), over_records(name)
     columns["regime"] = count(""), [regime for m in measurements for regime in m.regimes]
@@ -283,7 +283,7 @@ def campaign_table(campaign: Campaign) -> DataSet:
     }
     means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
     for name, values in means.items():
-        quantity = Quantity(UNITS[name], label=LABELS[name])
+        quantity = Quantity(COLUMN_UNITS[name], label=LABELS[name])
         columns[name] = quantity, [value for value, _, _ in values]
     settled = ["yes" if measured.is_settled else "no" for measured in every]
     columns["settled"] = count("settled"), settled
@@ -293,7 +293,7 @@ def campaign_table(campaign: Campaign) -> DataSet:
             columns[name] = Quantity(unit), campaign.columns[name]
     for name, values in means.items():
         for place, end in ((1, "low"), (2, "high")):
-            columns[f"{name} {end}"] = Quantity(UNITS[name]), [row[place] for row in values]
+            columns[f"{name} {end}"] = Quantity(COLUMN_UNITS[name]), [row[place] for row in values]
     taken = {*columns, *(f"{name} [{quantity.unit}]" for name, (quantity, _) in columns.items())}
     given = {
         f"{name} (manifest)" if name in taken else name: (count(name), list(map(text_of, values)))

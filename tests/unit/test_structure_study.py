@@ -257,6 +257,7 @@ def test_the_template_of_a_mesh_is_a_study_within_the_limits(with_mesh: Path) ->
     names = {
         "parts.msh": "strip.inp", '["lower", "upper", "bolt"]': '["left", "right", "bolts", "heads"]',
         "lower face": "low face", "upper face": "high face", '"shank"': '"bolt 1"',
+        "[structure.mesh]": "patches = [3, 2]\n[structure.mesh]",
     }  # fmt: skip
     for old, new in names.items():
         assert text.count(old) == 1

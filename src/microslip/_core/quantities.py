@@ -8,16 +8,17 @@ from typing import Any, NamedTuple
 
 
 def named(source: Any, *names: str) -> dict[str, Any]:
-    """Return attributes of ``source`` as a dict by name: ``names``, or all fields of a NamedTuple.
-
-    Attributes that are NamedTuples become dicts as well.
-    """
-    values = {name: getattr(source, name) for name in names or source._fields}
-    return {n: named(v) if hasattr(v, "_asdict") else v for n, v in values.items()}
+    """Return attributes of ``source`` by name: ``names``, or all fields of a NamedTuple."""
+    return {name: getattr(source, name) for name in names or source._fields}
 
 
 def json_value(value: Any) -> Any:
-    """Convert a value for JSON: lists for arrays, None for numbers that are not finite."""
+    """Convert a value for JSON.
+
+    Arrays become lists, NamedTuples dictionaries, and numbers that are not finite None.
+    """
+    if hasattr(value, "_asdict"):
+        value = value._asdict()
     if isinstance(value, Mapping):
         return {name: json_value(part) for name, part in value.items()}
     if hasattr(value, "tolist"):  # avoids importing NumPy, which slows down the help of commands

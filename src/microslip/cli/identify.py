@@ -80,7 +80,7 @@ def identify(
     with stoppable():
         from microslip.identification import identify
         from microslip.report.files import write_document
-        from microslip.report.identified.document import Identified, identification_document
+        from microslip.report.identified import Identified, identification_document
 
         files = list_records(records, manifest)
         _, gain_errors = calibration_of(reading.calibration)

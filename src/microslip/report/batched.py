@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from microslip._core.checks import Floats
 from microslip._core.dataset import DataSet
 from microslip._core.files import atomic_file
 from microslip._core.quantities import QUANTITY_UNITS, Quantity, count
@@ -17,13 +13,10 @@ from microslip.report.document import Block, Document, Section, Table
 from microslip.report.files import complete, csv_file, header
 from microslip.study.runs.batch import Batch, Outcome
 
-BATCH_SCHEMA = 1
-
 
 def batch_document(batch: Batch) -> Document:
     """Return the document of a batch; its field ``data`` holds the content of summary.json."""
     done, failed = batch.done, batch.failed
-    columns = batch_columns(done)
     counts = (
         ("Done", str(len(done))),
         ("Failed", str(len(failed))),
@@ -38,33 +31,27 @@ def batch_document(batch: Batch) -> Document:
         blocks.append(Table("Failed", DataSet.of_rows(reasons), noun="items"))
     answer = f"{len(done)} of {len(batch.outcomes)} items done, {len(failed)} failed."
     data: dict[str, Any] = {
-        **header("batch", BATCH_SCHEMA, "Batch"),
+        **header("batch", 1, "Batch"),
         "items": len(batch.outcomes),
         "done": len(done),
         "failed": DataSet.of_rows(reasons).records(),
         "units": dict(QUANTITY_UNITS),
         "files": [],
     }
-    files = (csv_file("items.csv", lambda: items_data(done, columns)),)
+    files = (csv_file("items.csv", lambda: items_data(done)),)
     sections = (Section("Items", tuple(blocks)),)
     return complete(Document("Batch", answer, sections, data, files=files))
 
 
-def batch_columns(completed: list[Outcome]) -> dict[str, Floats]:
-    """Return the numbers of all items, one array per name; NaN where an item has no such number."""
+def items_data(completed: list[Outcome]) -> DataSet:
+    """Return the numbers of all items, one row per load and amplitude; NaN where one is absent."""
     rows = [row for outcome in completed for row in outcome["rows"]]
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {
-        name: np.array([math.nan if row.get(name) is None else row[name] for row in rows])
-        for name in names
+    columns: dict[str, Any] = {
+        "item": (count("Item"), [done["item"] for done in completed for _ in done["rows"]])
     }
-
-
-def items_data(completed: list[Outcome], columns: dict[str, Floats]) -> DataSet:
-    """Return the numbers of all items, one row per load and amplitude."""
-    items = [outcome["item"] for outcome in completed for _ in outcome["rows"]]
-    numbers = {name: (Quantity(QUANTITY_UNITS.get(name, "-")), v) for name, v in columns.items()}
-    return DataSet.of_rows({"item": (count("Item"), items), **numbers})
+    for name in dict.fromkeys(name for row in rows for name in row):
+        columns[name] = Quantity(QUANTITY_UNITS.get(name, "-")), [row.get(name) for row in rows]
+    return DataSet.of_rows(columns)
 
 
 def finish(batch: Batch, folder: Path) -> Document:

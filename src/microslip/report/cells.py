@@ -67,6 +67,11 @@ def si(value: float) -> str:
     return re.sub(r"e([+-])0*", lambda match: f"e{match[1].strip('+')}", text)
 
 
+def toml_length(value: float) -> str:
+    """Format a length [m] for a study file."""
+    return engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u")
+
+
 FORMS: dict[str, Callable[[Any], str]] = {
     "ratio": ratio,
     "saturating": saturating,
@@ -189,6 +194,7 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
     return TextTable(labels, heads, rows, words, len(values) - len(places))
 
 
+NO_LIMITS = "No limits are known for this law. Check the assumptions of the model yourself."
 HEADLINES = {
     "ok": "All assumptions of the model hold.",
     "not judged": "All judged assumptions hold; not judged:",

@@ -38,8 +38,6 @@ class Verdicts:
     """Condition of each verdict, such as "5 kN"; empty if there is only one."""
     percent: frozenset[str] = frozenset()  # names of values shown in percent
     caption: str = ""  # paragraph below the verdicts on a page
-    none: str = "No limits are known for this law."
-    """Text if there are no verdicts."""
     short: bool = False
     """Whether a terminal only counts ok verdicts and omits assumptions."""
 

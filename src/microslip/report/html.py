@@ -14,7 +14,7 @@ from pathlib import Path
 
 from microslip._version import __version__
 from microslip.figures.picture import Picture, figure_element, script
-from microslip.report.cells import HEADLINES, as_text, judgements, signed
+from microslip.report.cells import HEADLINES, NO_LIMITS, as_text, judgements, signed
 from microslip.report.document import (
     Block,
     Document,
@@ -76,10 +76,7 @@ def _banner(document: Document) -> Iterator[str]:
     judged = [judgement for block in document.verdicts for judgement in judgements(block)]
     # Without rules no assumption is reported as fulfilled.
     word = document.word if judged else "none"
-    unruled = " ".join(
-        dict.fromkeys(block.none for block in document.verdicts if not block.verdicts)
-    )
-    head = HEADLINES[word] if judged else f"{unruled} Check the assumptions of the model yourself."
+    head = HEADLINES[word] if judged else NO_LIMITS
     look = word if document.verdicts else "watch"
     yield f'<div class="verdict {anchor(look)}">\n'
     if document.verdicts:
@@ -167,7 +164,7 @@ def _(block: Table, section: Section) -> str:
 def _(block: Verdicts, section: Section) -> str:
     judged = judgements(block)
     if not judged:
-        return f"<p>{escape(block.none)}</p>\n"
+        return f"<p>{NO_LIMITS}</p>\n"
     remedies = any(judgement.remedy and judgement.word != "ok" for judgement in judged)
     head = ["Verdict", "Judged quantity", "Value", "ok", "Assumption", *(["Remedy"] * remedies)]
     rows = []

@@ -71,10 +71,16 @@ def measurement_document(
     last: list[Section] = []
     rows, contradictions = campaign_table(campaign), campaign.contradictions()
     if len(measurements) > 1 or skipped or contradictions:
-        parts = rows, skipped, contradictions, campaign.wear(measurements[0].confidence)
-        first, last = campaign_sections(*parts)
-        sections[:0] = first
-        data["campaign"] = campaign_data(*parts)
+        wear = campaign.wear(measurements[0].confidence)
+        shown = tuple(rows)[: [*rows].index("settled") + 1]
+        sections[:0] = campaign_sections(rows, shown, skipped, contradictions)
+        last = [] if wear is None else [_wear_section(wear)]
+        data["campaign"] = {
+            "skipped": [{"file": name, "reason": why} for name, why in skipped],
+            "table": rows.records(shown),
+            "contradictions": contradictions,
+            "wear": None if wear is None else json_value(_wear_data(wear)),
+        }
     caption = (
         "Mean cycles of the records without offsets, as in Fig. 19.7 of the chapter, and the "
         "energy of each cycle."
@@ -303,29 +309,23 @@ def campaign_table(campaign: Campaign) -> DataSet:
     return DataSet.of_rows({"record": columns.pop("record"), **given, **columns})
 
 
-def _shown(data: DataSet) -> list[str]:
-    names = list(data)
-    return names[: names.index("settled") + 1]
-
-
 def campaign_sections(
     data: DataSet,
+    shown: tuple[str, ...],
     skipped: Sequence[tuple[str, str]],
     contradictions: Sequence[str],
-    wear: Wear | None,
-) -> tuple[list[Section], list[Section]]:
-    """Return two lists of sections, to be placed before and after the sections on each record."""
-    names = tuple(_shown(data))
-    hidden = tuple(name for name in names if name not in (*_BRIEF, *_BRIEF_TEXTS))
-    table = Table("Records", data, names, noun="records", hidden=hidden)
-    first = [Section("Records", (table,))]
+) -> list[Section]:
+    """Return the sections on all records together; ``shown`` are the columns of their table."""
+    hidden = tuple(name for name in shown if name not in (*_BRIEF, *_BRIEF_TEXTS))
+    table = Table("Records", data, shown, noun="records", hidden=hidden)
+    sections = [Section("Records", (table,))]
     if skipped:
         texts = tuple(f"{shorten(name, 80)}: {why}" for name, why in skipped)
-        words = Note(f"{len(skipped)} file{'s' * (len(skipped) > 1)} could not be measured:")
-        first.append(Section("Skipped files", (words, Items(texts))))
+        words = Note(f"{plural(len(skipped), 'file')} could not be measured:")
+        sections.append(Section("Skipped files", (words, Items(texts))))
     if contradictions:
-        first.append(Section("Contradictions", (Items(tuple(contradictions)),)))
-    return first, [] if wear is None else [_wear_section(wear)]
+        sections.append(Section("Contradictions", (Items(tuple(contradictions)),)))
+    return sections
 
 
 def _wear_section(wear: Wear) -> Section:
@@ -352,31 +352,13 @@ def _wear_section(wear: Wear) -> Section:
     return Section("Wear", tuple(parts))
 
 
-def campaign_data(
-    rows: DataSet,
-    skipped: Sequence[tuple[str, str]],
-    contradictions: Sequence[str],
-    wear: Wear | None,
-) -> dict[str, Any]:
-    """Return the numbers of a campaign as plain values in SI units."""
-    data = {
-        "skipped": [{"file": name, "reason": why} for name, why in skipped],
-        "table": rows.records(_shown(rows)),
-        "contradictions": list(contradictions),
-        "wear": None if wear is None else _wear_data(wear),
-    }
-    return {key: json_value(values) for key, values in data.items()}
-
-
 def _wear_data(wear: Wear) -> dict[str, Any]:
-    coefficient = {} if wear.coefficient is None else named(wear.coefficient)
-    rows = zip(wear.records, wear.energy.tolist(), wear.volume.tolist(), strict=True)
+    rows = zip(wear.records, wear.energy, wear.volume, strict=True)
     return {
         "unit": "m^3/J",
-        **coefficient,
+        **({} if wear.coefficient is None else named(wear.coefficient)),
         "records": [
-            {"record": name, "energy": energy, "worn_volume": volume}
-            for name, energy, volume in rows
+            dict(zip(("record", "energy", "worn_volume"), row, strict=True)) for row in rows
         ],
-        "unknown": dict(wear.unknown),
+        "unknown": wear.unknown,
     }

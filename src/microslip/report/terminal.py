@@ -5,21 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Container, Iterable, Sequence
 from functools import singledispatch
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
-from rich.box import ASCII, SIMPLE_HEAD
+from rich.box import SIMPLE_HEAD
 from rich.cells import cell_len
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from microslip.report.cells import as_text, judgements
+from microslip.report.cells import NO_LIMITS, as_text, judgements
 from microslip.report.document import Block, Document, Items, Note, Table, Verdicts
-
-if TYPE_CHECKING:
-    from rich.box import Box
-
 
 # ASCII replacements for terminals and encodings without these characters. The Greek mu denotes the
 # friction coefficient, the micro sign a prefix.
@@ -46,7 +42,6 @@ _PLAIN = str.maketrans(
 )
 # Names of files and records may contain terminal control characters.
 _CONTROLS = {code: f"\\x{code:02x}" for code in (*range(32), *range(127, 160)) if code != 10}
-_UNICODE_NEEDED = "µμηζνΣπ²ₜ–…─"
 _WORD_STYLE = {"ok": "green", "watch": "yellow", "outside": "bold red"}
 _WIDE = 10_000
 
@@ -66,15 +61,9 @@ class Printer:
     def __init__(self, stream: TextIO | None) -> None:
         if stream is None:
             stream = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
-        encoding = getattr(stream, "encoding", None) or "utf-8"
-        try:
-            _UNICODE_NEEDED.encode(encoding)
-            self._ascii = False
-        except UnicodeEncodeError:
-            self._ascii = True
-        except LookupError:
-            encoding, self._ascii = "ascii", True
-        self._encoding = encoding
+        self._encoding = getattr(stream, "encoding", None) or "utf-8"
+        # By the same rule rich draws the lines of tables in ASCII.
+        self._ascii = not self._encoding.lower().startswith("utf")
         # Numbers and paths are never folded or cut, and a pipe has no width limit.
         self._wide = self._narrow = _console(stream, _WIDE)
         if _is_terminal(stream):
@@ -164,8 +153,7 @@ class Printer:
         columns: list[int],
         text: Container[int],
     ) -> Grid:
-        box: Box = ASCII if self._ascii else SIMPLE_HEAD
-        table = Grid(box=box, pad_edge=False, show_edge=False, header_style="")
+        table = Grid(box=SIMPLE_HEAD, pad_edge=False, show_edge=False, header_style="")
         table.show_header = any(head)
         for column in columns:
             table.add_column(
@@ -276,5 +264,5 @@ def _(block: Verdicts, out: Printer, title: str, full: bool) -> None:
     if fine:
         out.verdict("ok", f"{len(fine)} others" if short else "; ".join(fine))
     if not judged:
-        out.line(f"  {block.none}")
+        out.line(f"  {NO_LIMITS}")
     out.line()

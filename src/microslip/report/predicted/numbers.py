@@ -22,7 +22,6 @@ from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import (
     AmplitudeCurve,
     HistoryResponse,
-    ResultColumns,
 )
 from microslip.study.runs.prediction import Prediction, variable_of, variables_of
 from microslip.study.runs.rest import joint_entry, joint_verdicts
@@ -153,15 +152,16 @@ def prediction_summary(result: Prediction, defaults: Sequence[str]) -> dict[str,
         "structure": None if structure is None else structure_numbers(structure),
         "uncertainty": None if scatter is None else scatter_numbers(scatter),
     }
-    return {
+    numbers = {
         **header("result", SUMMARY_SCHEMA, study.title),
         "study": study.plain(),
         "notes": notes,
         **{name: numbers for name, numbers in parts.items() if numbers is not None},
         "joints": [_joint(result, index) for index in range(len(result.joints))],
-        "units": dict(QUANTITY_UNITS),
+        "units": QUANTITY_UNITS,
         "files": [],
     }
+    return {name: json_value(value) for name, value in numbers.items()}
 
 
 def _bolt_forces(study: StudyDescription) -> BoltForces | None:
@@ -203,24 +203,18 @@ def load_notes(study: StudyDescription, joint: Interface) -> list[str]:
 
 
 def _joint(result: Prediction, index: int) -> dict[str, Any]:
-    joint, row = result.joints[index], result.rows[index]
-    return {
+    joint, columns = result.joints[index], result.rows[index].columns()
+    numbers = {
         **joint_entry(result.study, joint),
-        "amplitudes": _records(row),
-        **({"history": _history(result.histories[index])} if result.histories else {}),
+        "amplitudes": [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
     }
-
-
-def _records(columns: ResultColumns) -> list[dict[str, float | None]]:
-    arrays = columns.columns()
-    rows = zip(*(json_value(array) for array in arrays.values()), strict=True)
-    return [dict(zip(arrays, row, strict=True)) for row in rows]
-
-
-def _history(response: HistoryResponse) -> dict[str, float | None]:
-    ends = {
-        "largest_displacement": abs(response.displacement).max(),
-        "largest_force": abs(response.force).max(),
-        "dissipated_energy": response.dissipated_energy[-1],
-    }
-    return {name: json_value(value) for name, value in ends.items()}
+    if result.histories:
+        response = result.histories[index]
+        numbers["history"] = {
+            "largest_displacement": abs(response.displacement).max(),
+            "largest_force": abs(response.force).max(),
+            "dissipated_energy": response.dissipated_energy[-1],
+        }
+    return numbers

@@ -34,7 +34,7 @@ from microslip.report.predicted.numbers import (
     prediction_summary,
     tables,
 )
-from microslip.report.structure.driven import forced_tables
+from microslip.report.structure.driven import FORCED_FIGURE, forced_table
 from microslip.study.description import StudyDescription
 from microslip.study.runs.columns import AmplitudeCurve as AmplitudeCurve
 from microslip.study.runs.columns import HistoryResponse as HistoryResponse
@@ -58,8 +58,8 @@ def result_document(result: Result, folder: Path) -> Document:
     if "csv" in output.formats:
         for name, (columns, dims) in tables(result, data).items():
             files.append(csv_file(f"{name}.csv", lambda: data, columns, dims))
-        for name, table in forced_tables(structure).items():
-            files.append(csv_file(f"{name}.csv", lambda table=table: table))  # type: ignore[misc]
+        if structure is not None and structure.part.force is not None:
+            files.append(csv_file(f"{FORCED_FIGURE}.csv", lambda: forced_table(structure)))
     document = replace(prediction_document(result), files=tuple(files))
     kinds = [kind for kind in ("svg", "png", "pdf") if kind in output.formats]
     return complete(document, kinds, page=output.report)

@@ -292,15 +292,11 @@ def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
     return {
         "inputs": {entry.key: entry.written for entry in scatter.inputs},
         "samples": scatter.samples,
-        "quantiles": scatter.quantiles.tolist(),
+        "quantiles": scatter.quantiles,
         "bands": {
             name: {
-                "quantiles": json_value(scatter.bands[name].values),
-                **(
-                    {"intervals": json_value(scatter.intervals[name])}
-                    if name in scatter.intervals
-                    else {}
-                ),
+                "quantiles": scatter.bands[name].values,
+                **({"intervals": scatter.intervals[name]} if name in scatter.intervals else {}),
             }
             for name in (*RANKED, "force_amplitude", "damping_ratio", "tangential_stiffness")
             if name in scatter.bands and (name in scatter.intervals or not scatter.inputs)
@@ -309,14 +305,14 @@ def scatter_numbers(scatter: PredictionScatter) -> dict[str, Any]:
             {
                 "quantity": d.name,
                 **named(d, "load", "amplitude"),
-                "standard_deviation_of_logarithm": json_value(d.scatter),
-                "explained": json_value(d.explained),
+                "standard_deviation_of_logarithm": d.scatter,
+                "explained": d.explained,
                 "inputs": {
-                    entry.key: {"share": json_value(share)}
+                    entry.key: {"share": share}
                     for entry, share in zip(scatter.inputs, d.shares, strict=True)
                 },
             }
             for d in scatter.decisions
         ],
-        "notes": list(scatter.notes),
+        "notes": scatter.notes,
     }

@@ -104,29 +104,30 @@ def scan_summary(findings: Findings, remarks: tuple[str, ...]) -> dict[str, Any]
     """Return the content of summary.json: plain values in SI units, None for missing ones."""
     request, scan, summits = findings.request, findings.scan, findings.summits
     statistics = findings.summit_statistics
-    return {
+    data = {
         **header("surface", 2, findings.raw.name),
         "version": __version__,
         "name": findings.raw.name,
         **named(request, "cutoff", "cutoff_given", "long_cutoff"),
         "level": findings.level or "none",
         "area": request.area,
-        "points": list(scan.heights.shape[::-1]),
-        "pixel": list(scan.pixel),
-        "size": list(scan.size),
-        "missing": json_value(findings.scan.unfiltered.missing),
-        "warnings": list(remarks),
-        "parameters": json_value(named(findings.statistics, *_HEIGHTS)),
-        "areal": None if scan.is_profile else json_value(vars(areal_parameters(scan))),
-        "profile": {axis: json_value(vars(found)) for axis, found in _lines(findings)},
-        "summits": None if statistics is None else json_value(named(statistics, *_SUMMITS)),
+        "points": scan.heights.shape[::-1],
+        "pixel": scan.pixel,
+        "size": scan.size,
+        "missing": findings.scan.unfiltered.missing,
+        "warnings": remarks,
+        "parameters": named(findings.statistics, *_HEIGHTS),
+        "areal": None if scan.is_profile else vars(areal_parameters(scan)),
+        "profile": {axis: vars(found) for axis, found in _lines(findings)},
+        "summits": None if statistics is None else named(statistics, *_SUMMITS),
         "count": None if summits is None else summits.count,
         "prominence": None if summits is None else summits.threshold,
         "joint": summary(findings),
-        "validity": [json_value(verdict._asdict()) for verdict in findings.verdicts],
-        "notes": list(scan.notes if summits is None else summits.notes),
+        "validity": findings.verdicts,
+        "notes": (scan if summits is None else summits).notes,
         "files": [],
     }
+    return {name: json_value(value) for name, value in data.items()}
 
 
 def _lines(findings: Findings) -> Iterator[tuple[str, ProfileParameters]]:
@@ -367,7 +368,7 @@ def summary(findings: Findings) -> dict[str, Any] | None:
     if face is None:
         return None
     chapter = findings.chapter
-    data: dict[str, Any] = {
+    return {
         "materials": findings.request.materials,
         **named(findings.request, "normal_load", "friction_coefficient"),
         "area": face.law.area,
@@ -379,7 +380,6 @@ def summary(findings: Findings) -> dict[str, Any] | None:
         "face": asdict(face.law.numbers),
         "chapter_normal_stiffness": None if chapter is None else chapter.normal_stiffness,
     }
-    return {key: json_value(value) for key, value in data.items()}
 
 
 def joint_pictures(findings: Findings) -> tuple[Picture, ...]:
@@ -413,7 +413,7 @@ def face_study_text(findings: Findings, face: FaceJoint, folder: Path) -> str:
             "friction_coefficient": request.friction_coefficient,
             "normal_load": engineering(face.joint.normal_load, "N", 9, trim=True),
         },
-        "excitation": {"amplitudes": [_length(face.amplitude)]},
+        "excitation": {"amplitudes": [cells.toml_length(face.amplitude)]},
     }
     head = [
         f"# A joint of {findings.raw.name}, written by microslip surface:",
@@ -455,8 +455,4 @@ def _read(value: Any) -> Any:
     """Format an option of the scan as TOML: lengths with unit, several values as a list."""
     if isinstance(value, tuple):
         return _read(value[0]) if len(value) == 1 else [_read(item) for item in value]
-    return _length(value) if isinstance(value, float) else value
-
-
-def _length(value: float) -> str:
-    return engineering(value, "m", 6, trim=True).replace("\N{MICRO SIGN}", "u")
+    return cells.toml_length(value) if isinstance(value, float) else value

@@ -186,38 +186,39 @@ def structure_pictures(prediction: StructurePrediction) -> tuple[Picture, ...]:
 def structure_numbers(prediction: StructurePrediction) -> dict[str, Any]:
     """Return the entry of the structure in the summary: plain values in SI units."""
     joint, state, convergence = prediction.joint, prediction.state, prediction.convergence
+    of_joint = ("frequency", "joint_damping_ratio")
     parts = {
-        "convergence": convergence and [change._asdict() for change in convergence.changes],
-        "model_error": convergence
-        and dict(zip(("frequency", "joint_damping_ratio"), convergence.error, strict=True)),
+        "convergence": convergence and convergence.changes,
+        "model_error": convergence and dict(zip(of_joint, convergence.error, strict=True)),
         "patch_error": prediction.patch_error
-        and dict(zip(("frequency", "joint_damping_ratio"), prediction.patch_error, strict=True)),
+        and dict(zip(of_joint, prediction.patch_error, strict=True)),
         "from_asked_patches_to_limit": convergence
         and dict(zip(("frequency", "damping_ratio"), convergence.requested, strict=True)),
         "bolts": force_numbers(prediction.part.bolt_forces),
         "identified": prediction.identified and fitted_numbers(prediction.identified),
     }
-    return {
+    numbers = {
         "answer": structure_answer(prediction),
         "amplitude_quantity": prediction.part.quantity,
         "degrees_of_freedom": {"elements": joint.full_size, "reduced": joint.size},
         "equilibrium_error": state.equilibrium_error,
-        "bolt_tension": joint.tensions(state.displacement, state.static_force).tolist(),
+        "bolt_tension": joint.tensions(state.displacement, state.static_force),
         "uncertain": dict(prediction.inputs),
         "patches": [
-            {name: float(value) for name, value in zip(_PATCH, row, strict=True)}
+            dict(zip(_PATCH, row, strict=True))
             for row in np.column_stack(
                 [joint.patch_centres, joint.patch_areas, joint.patch_gaps, state.normal_loads]
             )
         ],
         "modes": [_mode_numbers(mode) for mode in prediction.modes],
         "verdicts": [
-            json_value(named(verdict, "name", "value", "limit", "word"))
+            named(verdict, "name", "value", "limit", "word")
             for verdict in structure_verdicts(prediction)
         ],
         **tested_numbers(prediction),
         **{name: part for name, part in parts.items() if part is not None},
     }
+    return {name: json_value(value) for name, value in numbers.items()}
 
 
 def _mode_numbers(mode: Mode) -> dict[str, Any]:
@@ -225,10 +226,10 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     result: dict[str, Any] = {
         "mode": mode.number,
         **named(mode.curve, "linear_frequency", "message"),
-        **{key: json_value(columns[key]) for key in _CURVES},
-        "harmonic_error": json_value(mode.curve.harmonic_error),
-        "loss_share": json_value(mode.loss()),
-        "mac": json_value(mode.curve.mac),
+        **{key: columns[key] for key in _CURVES},
+        "harmonic_error": mode.curve.harmonic_error,
+        "loss_share": mode.loss(),
+        "mac": mode.curve.mac,
         "near_resonances": [
             {"mode": r.mode + 1, **named(r, "multiple", "distance")} for r in mode.curve.near
         ],
@@ -236,12 +237,12 @@ def _mode_numbers(mode: Mode) -> dict[str, Any]:
     if mode.forced:
         result["forced_response"] = [response_numbers(response) for response in mode.forced]
     if bands is not None:
-        result["modal_frequency_bands"] = json_value(bands.frequency)
-        result["modal_damping_ratio_bands"] = json_value(bands.damping_ratio)
+        result["modal_frequency_bands"] = bands.frequency
+        result["modal_damping_ratio_bands"] = bands.damping_ratio
         # Of each amplitude; infinite where few samples leave an end open.
         result["sampling_error"] = {
-            "modal_frequency": json_value(bands.frequency_error),
-            "modal_damping_ratio": json_value(bands.damping_error),
+            "modal_frequency": bands.frequency_error,
+            "modal_damping_ratio": bands.damping_error,
         }
         if bands.model_error is not None:
             frequency, damping = bands.model_error

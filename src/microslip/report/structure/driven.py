@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import Quantity, hertz, json_value, named
+from microslip._core.quantities import Quantity, hertz, named
 from microslip._core.units import engineering, prefix
 from microslip.figures.kit import axis_of, between, line_style, pale
 from microslip.figures.plot import Entry, Panel, Plot, stacked
@@ -23,33 +23,23 @@ FORCED_FIGURE = "forced_response"
 """Name of the figure and of its CSV file."""
 
 
-def forced_tables(prediction: StructurePrediction | None) -> dict[str, DataSet]:
-    """Return the columns of the CSV tables of responses to forces, by the name of the table."""
-    if prediction is None or prediction.part.force is None:
-        return {}
-    unit = prediction.part.unit
-    parts = []
-    for mode in prediction.modes:
-        for forced in mode.forced:
-            size = forced.frequency.size
-            bands = np.full((3, size), math.nan) if forced.bands is None else forced.bands
-            parts.append(
-                {
-                    "mode": np.full(size, float(mode.number)),
-                    "force_amplitude": np.full(size, forced.force),
-                    "frequency": forced.frequency,
-                    "amplitude": forced.response,
-                    **(dict(zip(_BAND, bands, strict=True)) if prediction.inputs else {}),
-                }
-            )
-    units = {"mode": "-", "force_amplitude": "N", "frequency": "Hz"}
-    near = {
-        name: (units.get(name, unit), np.concatenate([part[name] for part in parts]))
-        for name in parts[0]
+def forced_table(prediction: StructurePrediction) -> DataSet:
+    """Return the responses to all forces near all modes."""
+    pairs = [(mode, forced) for mode in prediction.modes for forced in mode.forced]
+    sizes, unit = [forced.frequency.size for _, forced in pairs], Quantity(prediction.part.unit)
+    columns = {
+        "mode": (Quantity("-"), np.repeat([float(mode.number) for mode, _ in pairs], sizes)),
+        "force_amplitude": (Quantity("N"), np.repeat([forced.force for _, forced in pairs], sizes)),
+        "frequency": (Quantity("Hz"), np.concatenate([forced.frequency for _, forced in pairs])),
+        "amplitude": (unit, np.concatenate([forced.response for _, forced in pairs])),
     }
-    return {
-        FORCED_FIGURE: DataSet.of_rows({name: (Quantity(u), v) for name, (u, v) in near.items()})
-    }
+    if prediction.inputs:
+        none = [np.full((3, size), math.nan) for size in sizes]
+        bands = [
+            other if f.bands is None else f.bands for (_, f), other in zip(pairs, none, strict=True)
+        ]
+        columns |= {name: (unit, row) for name, row in zip(_BAND, np.hstack(bands), strict=True)}
+    return DataSet.of_rows(columns)
 
 
 _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
@@ -57,18 +47,16 @@ _BAND = ("amplitude_low", "amplitude_median", "amplitude_high")
 
 def response_numbers(forced: ForcedMode) -> dict[str, Any]:
     """Return the response near a mode as plain values in SI units."""
+    peak = ("amplitude", "frequency")
     result: dict[str, Any] = {
-        "force": forced.force,
-        "peak": dict(zip(("amplitude", "frequency"), json_value(forced.peak), strict=True)),
-        **json_value(named(forced, "largest_force", "frequency")),
-        "amplitude": json_value(forced.response),
+        "peak": dict(zip(peak, forced.peak, strict=True)),
+        **named(forced, "force", "largest_force", "frequency"),
+        "amplitude": forced.response,
     }
     if forced.bands is not None and forced.peak_bands is not None:
-        result["amplitude_bands"] = json_value(forced.bands)
-        result["peak_bands"] = dict(
-            zip(("amplitude", "frequency"), json_value(forced.peak_bands.T), strict=True)
-        )
-        result["sampling_error"] = json_value(forced.error)
+        result["amplitude_bands"] = forced.bands
+        result["peak_bands"] = dict(zip(peak, forced.peak_bands.T, strict=True))
+        result["sampling_error"] = forced.error
     if forced.bands is not None or forced.beyond:
         result["beyond"] = forced.beyond
     return result

@@ -5,13 +5,12 @@ Limits are the natural frequencies with the lap open, tied under the washers and
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import count, dimensionless, hertz, json_value
+from microslip._core.quantities import count, dimensionless, hertz, named
 from microslip.report import cells
 from microslip.report.document import Block, Note, Section, Table, Verdicts
 from microslip.structures import ModalIdentification
@@ -103,23 +102,11 @@ def tested_sections(prediction: StructurePrediction) -> list[Section]:
 
 def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:
     """Return the numbers of :func:`tested_sections` as plain values in SI units."""
+    limits = zip(prediction.modes, prediction.limits, strict=True)
     return {
-        "limits": [
-            {"mode": mode.number, **json_value(limit._asdict())}
-            for mode, limit in zip(prediction.modes, prediction.limits, strict=True)
-        ],
-        "tests": [
-            {
-                **json_value({k: v for k, v in verdict._asdict().items() if k != "candidates"}),
-                "inside": verdict.inside,
-                "candidates": [list(pair) for pair in verdict.candidates],
-            }
-            for verdict in prediction.judged
-        ],
-        "changes": [
-            json_value({**c._asdict(), "ratio": c.ratio if math.isfinite(c.ratio) else None})
-            for c in prediction.changes
-        ],
+        "limits": [{"mode": mode.number, **limit._asdict()} for mode, limit in limits],
+        "tests": [{**v._asdict(), "inside": v.inside} for v in prediction.judged],
+        "changes": [{**c._asdict(), "ratio": c.ratio} for c in prediction.changes],
     }
 
 
@@ -129,23 +116,20 @@ def tested_numbers(prediction: StructurePrediction) -> dict[str, Any]:
 def fitted_numbers(identified: ModalIdentification) -> dict[str, Any]:
     """Return the fitted parameters and curves as plain values in SI units."""
     return {
-        "values": dict(identified.values),
-        "intervals": {name: list(ends) for name, ends in identified.intervals.items()},
-        "scatter": dict(zip(identified.values, identified.scatter.tolist(), strict=True)),
-        "correlation": identified.correlation.tolist(),
-        "misfit": json_value(identified.misfit),
+        **named(identified, "values", "intervals", "correlation", "misfit"),
+        "scatter": dict(zip(identified.values, identified.scatter, strict=True)),
         "linear_frequencies": [
             dict(zip(("test", "study", "fitted"), row, strict=True))
-            for row in identified.linear_frequencies.tolist()
+            for row in identified.linear_frequencies
         ],
         "curves": [
             {
                 "mode": curve.index + 1,
-                "amplitude": json_value(curve.amplitude),
-                "modal_frequency": json_value(curve.frequency),
-                "modal_damping_ratio": json_value(curve.damping_ratio),
-                "modal_frequency_bands": json_value(band[0]),
-                "modal_damping_ratio_bands": json_value(band[1]),
+                "amplitude": curve.amplitude,
+                "modal_frequency": curve.frequency,
+                "modal_damping_ratio": curve.damping_ratio,
+                "modal_frequency_bands": band[0],
+                "modal_damping_ratio_bands": band[1],
             }
             for curve, band in zip(identified.curves, identified.bands, strict=True)
         ],

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from microslip._core.dataset import DataSet
-from microslip._core.quantities import QUANTITIES, Quantity, count, json_value
+from microslip._core.quantities import QUANTITIES, Quantity, count, json_value, named
 from microslip._core.units import engineering, significant
 from microslip._core.wording import capital, plural, shorten
 from microslip._version import __version__
 from microslip.friction.law_files import law_content, law_text
 from microslip.identification import Estimate, Identification, figures
-from microslip.identification.curves import CONFIDENCE, SHOWN, AmplitudeTable, curves_of
+from microslip.identification.curves import CONFIDENCE, SHOWN, curves_of
 from microslip.report import cells
 from microslip.report.document import (
     Document,
@@ -72,33 +72,37 @@ def identification_data(outcome: Identified, adapt: cells.Wording = str) -> dict
     found = outcome.found
     law = found.law
     title = f"{outcome.title}: identified" if outcome.title else "Identified joint"
-    return {
+    data: dict[str, Any] = {
         **header("identification", _SCHEMA, title),
         "version": __version__,
         "of": found.series,
         "confidence": CONFIDENCE,
-        "amplitude_range": json_value(found.amplitudes),
-        "stiffness": _ends(found.stiffness, "N/m"),
-        "force_limit": _ends(found.force_limit, "N"),
-        "rig_stiffness": {**_ends(found.rig, "N/m"), "given": found.rig_stiffness is not None},
-        "curves": [_curve(table) for table in curves_of(found)],
-        "law": {
-            "yield_displacements": json_value(law.yield_displacements),
-            "stiffnesses": json_value(law.stiffnesses),
+        "amplitude_range": found.amplitudes,
+        "stiffness": {**named(found.stiffness), "unit": "N/m"},
+        "force_limit": {**named(found.force_limit), "unit": "N"},
+        "rig_stiffness": {
+            **named(found.rig), "unit": "N/m", "given": found.rig_stiffness is not None,
         },
+        "curves": [
+            {
+                "normal_load": table.load,
+                "measured_amplitudes": table.measured,
+                "amplitude": table.amplitude,
+                **table.estimates,
+            }
+            for table in curves_of(found)
+        ],
+        "law": named(law, "yield_displacements", "stiffnesses"),
         "masing": {
-            "chi_squared": json_value(found.chi_squared),
-            "degrees_of_freedom": found.degrees_of_freedom,
+            **named(found, "chi_squared", "degrees_of_freedom"),
             "holds": bool(found.masing.holds),
             "text": adapt(found.masing.text),
         },
         "interface": None if outcome.step is None else _step(outcome.step),
         "records": [
             {
-                "name": record.name,
-                "normal_load": json_value(record.normal_load),
-                "amplitude": record.folded.amplitude,
-                "cycles": record.folded.cycles,
+                **named(record, "name", "normal_load"),
+                **named(record.folded, "amplitude", "cycles"),
                 "rms_residual": float(np.sqrt(np.mean(record.residual**2))),
                 "force_noise": record.folded.force_noise,
                 "measured_energy": record.measured_energy,
@@ -108,41 +112,18 @@ def identification_data(outcome: Identified, adapt: cells.Wording = str) -> dict
         "skipped": [{"file": name, "reason": why} for name, why in outcome.skipped],
         "notes": [adapt(note) for note in found.notes],
         "files": [],
-    }
-
-
-def _ends(estimate: Estimate, unit: str) -> dict[str, Any]:
-    return {**{key: json_value(getattr(estimate, key)) for key in Estimate._fields}, "unit": unit}
-
-
-def _curve(table: AmplitudeTable) -> dict[str, Any]:
-    return {
-        "normal_load": json_value(table.load),
-        "measured_amplitudes": json_value(table.measured),
-        "amplitude": json_value(table.amplitude),
-        **{
-            name: {key: json_value(getattr(estimate, key)) for key in Estimate._fields}
-            for name, estimate in table.estimates.items()
-        },
-    }
+    }  # fmt: skip
+    return {key: json_value(value) for key, value in data.items()}
 
 
 def _step(step: Any) -> dict[str, Any]:
+    rig, shown = step.rig_from_shape, ("value", "low", "high", "unit", "verdict")
     return {
         "law": "interface",
         "fits": bool(step.fits),
-        "misfit": json_value(step.misfit),
-        "misfit_limit": json_value(step.misfit_limit),
-        "parameters": {
-            name: {
-                key: json_value(getattr(one, key))
-                for key in ("value", "low", "high", "unit", "verdict")
-            }
-            for name, one in step.parameters.items()
-        },
-        "rig_from_shape": None
-        if step.rig_from_shape is None
-        else _ends(step.rig_from_shape, "N/m"),
+        **named(step, "misfit", "misfit_limit"),
+        "parameters": {name: named(one, *shown) for name, one in step.parameters.items()},
+        "rig_from_shape": None if rig is None else {**named(rig, *Estimate._fields), "unit": "N/m"},
     }
 
 
@@ -340,18 +321,14 @@ def law_study_text(data: Mapping[str, Any]) -> str:
         "title": data["title"],
         "joint": {"law_file": "law.json"},
         "excitation": {
-            "amplitudes": [_written(a) for a in curve["measured_amplitudes"]],
+            "amplitudes": [cells.toml_length(a) for a in curve["measured_amplitudes"]],
             "curve": {
-                "from": _written(curve["amplitude"][0]),
-                "to": _written(curve["amplitude"][-1]),
+                "from": cells.toml_length(curve["amplitude"][0]),
+                "to": cells.toml_length(curve["amplitude"][-1]),
             },
         },
     }
     return "\n".join(f"# {line}" for line in lines) + f"\n{dump(study)}"
-
-
-def _written(amplitude: float) -> str:
-    return engineering(amplitude, "m", 6, trim=True).replace("µ", "u")
 
 
 def curves_data(found: Identification) -> DataSet:

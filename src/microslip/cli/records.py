@@ -26,7 +26,7 @@ from microslip.cli.options import (
     offers,
     quantity,
 )
-from microslip.laboratory import options
+from microslip.laboratory.options import RECORD_OPTIONS, REPEATED, RIG_STIFFNESS
 
 if TYPE_CHECKING:
     from microslip.laboratory import Record
@@ -111,16 +111,6 @@ class Reading(NamedTuple):
         return record if manifest is None else manifest.loaded(record, index)
 
 
-_READING = (
-    options.DISPLACEMENT, options.FORCE,
-    options.NORMAL_LOAD.but(
-        help=f"{options.NORMAL_LOAD.help[:-1]}; one for all records, or one for each."
-    ),
-    options.TIME, options.SAMPLE_RATE, options.FLIP_SIGN, options.ROWS,
-    *options.SCALING,
-)  # fmt: skip
-
-
 def reads(command: Command) -> Command:
     """Add the options for reading records to a command, as one argument `reading`."""
 
@@ -130,9 +120,9 @@ def reads(command: Command) -> Command:
         return command(reading=reading, **arguments)
 
     decorated: Command = read
-    for option in reversed(_READING):
-        repeated = option in options.SCALING or option.name == "normal_load"
-        decorated = offers(option, **{"multiple": True} if repeated else {})(decorated)
+    for option in reversed(RECORD_OPTIONS):
+        repeated = {"multiple": True} if option.name in REPEATED else {}
+        decorated = offers(option, **repeated)(decorated)
     return decorated
 
 
@@ -268,7 +258,7 @@ def pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
 def stiffness(text: str) -> float:
     """Parse a stiffness with its unit [N/m]; a plain number is in N/m."""
     try:
-        value: float = options.RIG_STIFFNESS.read(text)
+        value: float = RIG_STIFFNESS.read(text)
     except ValueError as error:
         raise click.UsageError(f"--rig-stiffness: {error}") from None
     return value

@@ -23,7 +23,7 @@ from microslip.identification.interface_step import interface_law, interface_sta
 from microslip.identification.nonnegative import cone_of, minimum
 from microslip.identification.rows import DesignRows
 from microslip.identification.run import fitted_records
-from microslip.identification.second_step import Law, SufficientStatistics, Unknown, solve
+from microslip.identification.second_step import Law, SufficientStatistics, Unknown, fit_law
 from microslip.laboratory.record import Record
 
 COMPARED_LAWS = ("interface", "jenkins", "segalman", "iwan")
@@ -234,7 +234,7 @@ def _fit(name: str, found: Identification, fit: FreeForm, heights: Any) -> _Fit:
                 SegalmanIwan(v["force_limit"], v["stiffness"], v["chi"], v["beta"])._backbone(u)
             ),
         )
-    problem, q, least, _ = solve(statistics, law, starts=starts)
+    problem, q, least, _ = fit_law(statistics, law, starts=starts)
     values, about = problem.values(q), problem.statistics.fit
     rise = least - problem.statistics.least + about.chi_squared - fit.chi_squared
     x = problem.coefficients(values) / about.scale

@@ -38,8 +38,8 @@ from microslip.identification.second_step import (
     Scatter,
     SufficientStatistics,
     Unknown,
+    fit_law,
     fitted_parameters,
-    solve,
     verdict_of,
 )
 
@@ -99,7 +99,7 @@ def interface_step(
         count = float(summits[0]) if isinstance(summits, (tuple, list)) else float(summits)
         scatter = _scatter(model, loads, count)
     starts = interface_starts(statistics, law, model, force, stiffness)
-    problem, q, least, covariance = solve(statistics, law, data, scatter, starts)
+    problem, q, least, covariance = fit_law(statistics, law, data, scatter, starts)
     statistics = problem.statistics
     parameters = fitted_parameters(problem, q, least, covariance)
     by_shape = parameters.pop(RIG_PARAMETER, None)

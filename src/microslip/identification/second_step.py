@@ -336,7 +336,7 @@ class Problem:
         self._whitening = directions, 1.0 - 1.0 / np.sqrt(1.0 + square[keep])
 
 
-def solve(
+def fit_law(
     statistics: SufficientStatistics,
     law: Law,
     data: Sequence[Datum] = (),

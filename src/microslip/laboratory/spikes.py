@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from microslip._core.checks import Floats
 from microslip._core.units import engineering
 from microslip.laboratory.cuts import noise_of, runs_of
 from microslip.laboratory.record import CHANNEL_UNITS, Record
@@ -69,17 +68,14 @@ def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
     """Replace the spikes of a record by linear interpolation."""
     if not spikes:
         return record
-    changed: dict[str, Any] = {}
-    for channel in dict.fromkeys(spike.channel for spike in spikes):
-        values: Floats = getattr(record, channel).copy()
-        bad = np.zeros(values.size, dtype=bool)
+    changed: dict[str, Any] = {spike.channel: record.channels[spike.channel] for spike in spikes}
+    for channel, values in changed.items():
+        changed[channel] = values = values.copy()
         for spike in spikes:
             if spike.channel == channel:
-                bad[spike.first : spike.last + 1] = True
-        good = np.flatnonzero(~bad)
-        places = np.flatnonzero(bad)
-        values[places] = np.interp(places, good, values[good])
-        changed[channel] = values
+                values[spike.first : spike.last + 1] = np.nan
+        bad = np.isnan(values)
+        values[bad] = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad), values[~bad])
     return replace(record, **changed)
 
 

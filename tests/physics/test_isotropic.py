@@ -316,7 +316,8 @@ def test_harmonics_do_not_hang_on_what_lies_beside_their_arrays() -> None:
     found = {
         subprocess.run(
             [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True,
-            check=True, cwd=Path(__file__).parent, env=os.environ | {"MALLOC_PERTURB_": filling},
+            check=True, cwd=Path(__file__).parent,
+            env=os.environ | {"MALLOC_PERTURB_": filling, "PYTHONPATH": os.pathsep.join(sys.path)},
         ).stdout
         for filling in ("85", "254")
     }  # fmt: skip

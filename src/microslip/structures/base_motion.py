@@ -30,7 +30,7 @@ from microslip.structures.forced import (
 from microslip.structures.forced_path import Control, Drive, at_frequency, follow
 from microslip.structures.geometry import GeometryAttachment
 from microslip.structures.joint_groups import change_rows, joint_motion
-from microslip.structures.matrices import direction_matrix, is_sparse, solve, vector
+from microslip.structures.matrices import direction_matrix, is_sparse, solve_linear, vector
 from microslip.structures.modal_model import ModalModel, modal_model, stuck_stiffness
 from microslip.structures.periodic_motion import MotionQuantity, harmonic_basis, power_of
 from microslip.structures.static import AtRest, solver_method, static_state
@@ -172,7 +172,7 @@ def _at_supports(
     carried = np.zeros((size, moved.shape[1]))
     carried[given] = moved
     pull = -np.asarray(_part(stuck, np.ix_(free, given)) @ moved)
-    carried[free] = solve(_part(stuck, cut), pull)
+    carried[free] = solve_linear(_part(stuck, cut), pull)
     shapes = np.zeros((size, inner.size))
     shapes[free] = inner.shapes
     model = replace(

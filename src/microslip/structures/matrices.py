@@ -135,7 +135,7 @@ def factorised(matrix: Any, pivot_threshold: float | None = None) -> Any:
     )
 
 
-def solve(matrix: Any, right: Floats) -> Floats:
+def solve_linear(matrix: Any, right: Floats) -> Floats:
     """Return the solution (n, columns) of linear equations with a dense or sparse matrix."""
     if is_sparse(matrix):
         return np.asarray(factorised(matrix, 0.01).solve(np.ascontiguousarray(right)))

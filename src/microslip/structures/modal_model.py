@@ -18,7 +18,7 @@ from microslip.structures.matrices import (
     fastest_rate,
     linear_modes,
     rigid_count,
-    solve,
+    solve_linear,
     vector,
     with_springs,
 )
@@ -198,7 +198,7 @@ def _answers(stiffness: Any, mass: Any, columns: Floats) -> Floats:
     """Return the static displacements under a unit force along each column."""
     # A shift far below the first frequency makes up for rigid motions.
     shift = 1e-10 * fastest_rate(stiffness, mass)
-    return solve(stiffness + shift * mass, columns)
+    return solve_linear(stiffness + shift * mass, columns)
 
 
 class SolverResult(LockedArrays):

@@ -148,6 +148,11 @@ def is_polygon(law: ms.BackboneLaw) -> bool:
     return is_elastic(law) and not is_curved(law)
 
 
+all_laws = pytest.mark.parametrize("law", law_params())
+invertible_laws = pytest.mark.parametrize("law", law_params(which=is_elastic))
+every_joint = pytest.mark.parametrize("joint", joint_params())
+
+
 def reach_of(law: ms.BackboneLaw) -> float:
     """Displacement [m] at which the first tangent of a law meets its force limit."""
     if not is_elastic(law):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import is_elastic, law_params, reach_of
+from cases import invertible_laws, reach_of
 
 import microslip as ms
 
@@ -14,7 +14,7 @@ JOINT = ms.Interface.examples()[0]
 REACH = reach_of(JOINT)
 
 
-@pytest.mark.parametrize("law", law_params(which=is_elastic))
+@invertible_laws
 def test_stiffness_and_limit_are_exact_and_the_polygon_is_above(law: Any) -> None:
     reach = reach_of(law)
     cells = law.to_iwan(40, smallest_amplitude=1e-2 * reach, largest_amplitude=10.0 * reach)

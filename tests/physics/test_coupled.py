@@ -15,6 +15,7 @@ from cases import (
     REFERENCE,
     closest,
     ends_below,
+    every_joint,
     interface_of,
     joint_params,
     own_case,
@@ -32,8 +33,6 @@ from microslip.contact.exact_curves import _LawCurve, _summit_means, scalar_curv
 from microslip.contact.spheres import Spheres
 from microslip.friction.memory import Diagram
 
-JOINTS = joint_params()
-every_joint = pytest.mark.parametrize("joint", JOINTS)
 SPHERE = ms.Interface(ms.SphereOnFlat(PAIR, 5e-3), friction_coefficient=0.55, normal_load=10.0)
 WORKED = ms.Interface.examples()[0]
 EPS = np.finfo(float).eps

@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import ends_below, joint_params, reach_of
+from cases import ends_below, every_joint, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
 from usual import fine_slope, slope
 
 import microslip as ms
 
-JOINTS = joint_params()
-every_joint = pytest.mark.parametrize("joint", JOINTS)
 WORKED = ms.Interface.examples()[0]
 SPHERE = next(
     joint for joint in ms.Interface.examples() if isinstance(joint.surface, ms.SphereOnFlat)

@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import ends_below, joint_params, reach_of
+from cases import ends_below, every_joint, reach_of
 from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
 
-JOINTS = joint_params()
-every_joint = pytest.mark.parametrize("joint", JOINTS)
 EPS = np.finfo(float).eps
 WORKED = ms.Interface.examples()[0]
 PAIR = WORKED.surface.pair

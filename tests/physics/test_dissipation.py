@@ -6,8 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import pytest
-from cases import is_elastic, law_params, reach_of, records
+from cases import invertible_laws, reach_of, records
 from hypothesis import given
 
 import microslip as ms
@@ -44,7 +43,7 @@ def test_it_is_what_the_sliders_dissipate(record: Any) -> None:
     np.testing.assert_allclose(got, wanted, rtol=0.0, atol=1e-14 * max(wanted) + 1e-300)
 
 
-@pytest.mark.parametrize("law", law_params(which=is_elastic))
+@invertible_laws
 def test_closed_cycles_dissipate_their_energy(law: ms.BackboneLaw) -> None:
     """First loading a quarter of it, to the other end a half, and then a whole in each cycle."""
     a = 1.7 * reach_of(law)
@@ -54,7 +53,7 @@ def test_closed_cycles_dissipate_their_energy(law: ms.BackboneLaw) -> None:
     np.testing.assert_allclose(got, cycle * np.array([0.25, 0.75, 1.25, 1.75, 2.25]), rtol=1e-13)
 
 
-@pytest.mark.parametrize("law", law_params(which=is_elastic))
+@invertible_laws
 def test_it_never_falls_and_has_no_sign(law: ms.BackboneLaw) -> None:
     moves = np.random.default_rng(5).standard_normal(2000)
     record = 0.3 * reach_of(law) * np.cumsum(moves - 0.02 * np.cumsum(moves) / 10.0)
@@ -63,7 +62,7 @@ def test_it_never_falls_and_has_no_sign(law: ms.BackboneLaw) -> None:
     np.testing.assert_array_equal(dissipated_along(law, -record, -record), got)
 
 
-@pytest.mark.parametrize("law", law_params(which=is_elastic))
+@invertible_laws
 def test_samples_on_the_way_change_nothing(law: ms.BackboneLaw) -> None:
     """A path is a path, however finely it is sampled."""
     record = reach_of(law) * np.array([0.7, -0.4, 0.2, -0.1, 0.9, -1.3, 2.0, 0.5, 0.6])

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cases import is_elastic, law_params, reach_of
+from cases import all_laws, is_elastic, reach_of
 from scalar_kernels import coupled
 from scipy.optimize import brentq
 
@@ -206,6 +206,6 @@ CHECKS = dict(zip(MOTIONS, (history, varying, periodic, harmonics, two_direction
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("law", law_params())
+@all_laws
 def test_every_law_under_every_motion(law: ms.BackboneLaw, motion: str) -> None:
     CHECKS[motion](law)

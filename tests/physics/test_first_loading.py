@@ -5,12 +5,10 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import ends_below, joint_params, reach_of
+from cases import ends_below, every_joint, reach_of
 
 import microslip as ms
 
-JOINTS = joint_params()
-every_joint = pytest.mark.parametrize("joint", JOINTS)
 WORKED = ms.Interface.examples()[0]
 
 

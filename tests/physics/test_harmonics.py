@@ -8,14 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from cases import is_elastic, law_params, reach_of
+from cases import all_laws, is_elastic, law_params, reach_of
 from scipy.optimize import brentq
 from usual import fine_slope, slope
 
 import microslip as ms
 
-LAWS = law_params()
-all_laws = pytest.mark.parametrize("law", LAWS)
 COULOMB = ms.Coulomb(force_limit=3.0)
 WORKED = ms.Interface.examples()[0]
 
@@ -92,7 +90,7 @@ def test_one_harmonic_against_samples(law) -> None:
     ("law", "rest"),
     [
         pytest.param(*param.values, rest, id=f"{param.id}-{rest}", marks=param.marks)
-        for param in LAWS
+        for param in law_params()
         for rest in (0.0, "mean", "there")
         if rest == 0.0 or param.values[0]._kinks.size <= 100
     ],

@@ -5,13 +5,12 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
-from cases import law_params, missing_share, reach_of
+from cases import all_laws, law_params, missing_share, reach_of
 from usual import PAIR
 
 import microslip as ms
 from microslip.contact import NORMAL_LAWS
 
-LAWS = law_params()
 INTERFACES = law_params(which=lambda law: isinstance(law, ms.Interface))
 MU = 0.55
 
@@ -137,7 +136,7 @@ def test_cubic_coefficient_against_high_precision():
         assert joint.dissipated_energy(a) == pytest.approx(coefficient * a**3, rel=2e-12, abs=0)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@all_laws
 def test_large_amplitudes_are_linear(law):
     """E_d -> 4 mu N (a - 2 kappa M/N): a slope of 4 mu N, and an axis it meets."""
     if isinstance(law, ms.Interface):
@@ -158,7 +157,7 @@ def test_large_amplitudes_are_linear(law):
     assert law.dissipation_exponent(far) == pytest.approx(1, abs=near)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@all_laws
 def test_energy_is_the_area_of_the_backbone(law):
     """E_d = 8 int T0 - 4 a T0(a) by quadrature, where it does not cancel."""
     nodes, weights = np.polynomial.legendre.leggauss(100)

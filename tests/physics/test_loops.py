@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from cases import is_elastic, is_polygon, law_params, reach_of
+from cases import all_laws, invertible_laws, is_polygon, law_params, reach_of
 
 import microslip as ms
 
-all_laws = pytest.mark.parametrize("law", law_params())
-invertible_laws = pytest.mark.parametrize("law", law_params(which=is_elastic))
 polygons = pytest.mark.parametrize("law", law_params(which=is_polygon))
 # Not polygons: where a law's corners fall between samples changes the constant of an order.
 rounded_laws = pytest.mark.parametrize("law", law_params(which=lambda law: not is_polygon(law)))

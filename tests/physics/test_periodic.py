@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cases import is_polygon, law_params, reach_of, records, stiffness_of
+from cases import all_laws, is_polygon, law_params, reach_of, records, stiffness_of
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from usual import fine_slope, slope
 
 import microslip as ms
 
-LAWS = law_params()
-all_laws = pytest.mark.parametrize("law", LAWS)
 ROUNDING = 1e-14  # of the force limit
 
 
@@ -138,7 +136,7 @@ def test_derivative_against_finite_differences(law):
 
 
 def test_derivative_of_a_smooth_law_is_good_everywhere():
-    law = LAWS[0].values[0]
+    law = law_params()[0].values[0]
     rng = np.random.default_rng(3)
     t = 2 * np.pi * np.arange(200) / 200
     for _ in range(5):

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from cases import (
-    is_elastic,
+    all_laws,
+    invertible_laws,
     law_params,
     moves,
     reach_of,
@@ -23,10 +24,7 @@ from reference.make_reference import dominant_extremes
 
 import microslip as ms
 
-LAWS = law_params()
-all_laws = pytest.mark.parametrize("law", LAWS)
-invertible_laws = pytest.mark.parametrize("law", law_params(which=is_elastic))
-INTERFACES = [p for p in LAWS if isinstance(p.values[0], ms.Interface)]
+INTERFACES = law_params(which=lambda law: isinstance(law, ms.Interface))
 EPS = np.finfo(float).eps
 # Rounding of some values of a backbone, of the force limit. Summed over nodes or summits, a value
 # depends in its last places on how many are asked for at once. What has not even that excuse is

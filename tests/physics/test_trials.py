@@ -6,17 +6,13 @@ import pickle
 
 import numpy as np
 import pytest
-from cases import ends_below, joint_params, law_params, reach_of, records
+from cases import all_laws, ends_below, every_joint, reach_of, records
 from hypothesis import given
 from hypothesis import strategies as st
 
 import microslip as ms
 from microslip.friction.energies import energies_along
 
-LAWS = law_params()
-all_laws = pytest.mark.parametrize("law", LAWS)
-JOINTS = joint_params()
-every_joint = pytest.mark.parametrize("joint", JOINTS)
 WORKED = ms.Interface.examples()[0]
 EPS = np.finfo(float).eps
 

@@ -74,7 +74,7 @@ assert run("check", "law.toml")
 (joint,) = json.loads(run("predict", "law.toml", "--json"))["joints"]
 energies = [row["dissipated_energy"] for row in joint["amplitudes"]]
 assert energies == list(LAW.dissipated_energy([2e-6, 3e-5])), energies
-assert "the friction law hyperbola" in open("law-result/report.html").read()
+assert "Friction law: hyperbola." in open("law-result/report.html").read()
 """
 
 

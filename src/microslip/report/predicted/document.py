@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -11,12 +11,7 @@ from microslip._core.quantities import QUANTITIES
 from microslip._core.units import engineering, significant
 from microslip.figures.picture import Picture
 from microslip.figures.plot import Plot
-from microslip.report.document import (
-    Document,
-    Items,
-    Note,
-    Section,
-)
+from microslip.report.document import Block, Document, Items, Note, Section
 from microslip.report.predicted.figures import (
     backbone,
     contact_state,
@@ -38,6 +33,7 @@ from microslip.report.predicted.tables import (
 from microslip.report.structure.document import structure_answer, structure_sections
 from microslip.report.structure.judged import with_structure
 from microslip.study.consistency import unit_warnings
+from microslip.study.description import StudyDescription
 from microslip.study.measured_face import MeasuredFace
 from microslip.study.runs.prediction import Prediction
 from microslip.study.surfaces import TableSurface
@@ -73,7 +69,7 @@ def prediction_document(result: Prediction) -> Document:
         Section("Figures", prediction_pictures(result), brief=False),
         Section("Validity", (verdicts,)),
         Section("Notes", (*([Items(notes)] if notes else []), *reminder)),
-        Section("Study", (quantity_table(quantities(study)),), brief=False),
+        Section("Study", tuple(_description(study)), brief=False),
     ]
     title, sentence, figure = "Joint", answer(result), "loops"
     if (structure := result.structure) is not None:
@@ -81,6 +77,15 @@ def prediction_document(result: Prediction) -> Document:
         sentence = structure_answer(structure)
     title, remarks = summary["title"] or title, tuple(unit_warnings(study))
     return Document(title, sentence, tuple(sections), summary, remarks, figure)
+
+
+def _description(study: StudyDescription) -> Iterator[Block]:
+    if study.surface is None:
+        yield Note(f"Friction law: {study.joint.law}.")
+    else:
+        yield Note(f"Law of the surface: {study.surface.law}.")
+    if numbers := [*quantities(study)]:
+        yield quantity_table(numbers)
 
 
 def answer(result: Prediction) -> str:

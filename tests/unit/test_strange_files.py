@@ -138,18 +138,20 @@ def npz_bomb() -> str:
 
 
 def mat_bomb() -> str:
-    """A version 5 file of one compressed matrix of 600 million zeros, cut after its first part."""
+    """A version 5 file of columns of 600 million compressed zeros, cut after the first part."""
     import zlib
 
     count = 600_000_000
     flags = struct.pack("<IIII", 6, 8, 6, 0)
     size = struct.pack("<IIii", 5, 8, count, 1)
-    name = struct.pack("<II", 1, 1) + b"M" + bytes(7)
     data = struct.pack("<II", 9, 2**32 - 1)
-    body = flags + size + name + data + bytes(10_000_000)
-    packed = zlib.compress(struct.pack("<II", 14, 2**32 - 9) + body)
-    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<HH", 0x0100, 0x4D49)
-    Path("bomb.mat").write_bytes(head + struct.pack("<II", 15, len(packed)) + packed)
+    file = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<HH", 0x0100, 0x4D49)
+    for word in (b"time", b"x", b"F"):
+        name = struct.pack("<II", 1, len(word)) + word.ljust(8, b"\0")
+        body = flags + size + name + data + bytes(10_000_000)
+        packed = zlib.compress(struct.pack("<II", 14, 2**32 - 9) + body)
+        file += struct.pack("<II", 15, len(packed)) + packed
+    Path("bomb.mat").write_bytes(file)
     return "bomb.mat"
 
 

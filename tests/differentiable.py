@@ -1,7 +1,5 @@
 """Questions to joints in JAX and in PyTorch, and differences to hold their gradients against."""
 
-from __future__ import annotations
-
 import numpy as np
 from usual import rough
 

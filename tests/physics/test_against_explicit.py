@@ -1,7 +1,5 @@
 """The interface in closed form against asperities that each follow the chapter by themselves."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Exported C is the law: compiled, and run along histories beside `joint.force`."""
 
-from __future__ import annotations
-
 import ctypes
 import shutil
 import subprocess

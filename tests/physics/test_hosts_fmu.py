@@ -1,7 +1,5 @@
 """The functional mock-up unit, validated and run by FMPy; `tools/try_hosts.sh` installs it."""
 
-from __future__ import annotations
-
 import ctypes
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Joints in JAX: jit, grad, jacobians and vmap against differences; `make hosts` installs it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from differentiable import CASES, POINT, C, check_field, differences, direct, field_motion, make

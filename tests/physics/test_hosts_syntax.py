@@ -1,7 +1,5 @@
 """Contact cards read by others' readers of their formats; `tools/try_hosts.sh` installs these."""
 
-from __future__ import annotations
-
 import pytest
 from exported import JOINT
 

@@ -1,7 +1,5 @@
 """Closed loops: what a polygon of samples says, and how fast it becomes the closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

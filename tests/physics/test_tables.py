@@ -1,7 +1,5 @@
 """Normal load laws given as tables: shape kept, nothing invented, exact where they can be."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Contact cards: their numbers beside the law, their units, and what they refuse."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -4,8 +4,6 @@ The stand-ins follow the published interfaces alone: the order and scaling of un
 method is called with what.
 """
 
-from __future__ import annotations
-
 import importlib
 import sys
 import types

@@ -1,7 +1,5 @@
 """Command-line options common to the commands that read and measure records."""
 
-from __future__ import annotations
-
 from microslip._core import units
 from microslip._core.options import option
 

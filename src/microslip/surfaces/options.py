@@ -1,7 +1,5 @@
 """Declarations of the options of scans, shared by the command, the studies and Python."""
 
-from __future__ import annotations
-
 from microslip._core.options import option
 from microslip._core.parameters import REQUIRED
 from microslip._core.units import ANGLE, AREA, FORCE, LENGTH

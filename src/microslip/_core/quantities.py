@@ -136,7 +136,7 @@ QUANTITIES: dict[str, Quantity] = {
         "Largest displacement", "largest displacement", "3",
     ),
     "largest_force": Quantity(
-        "N", "largest absolute force of the history", "Largest force", "", "3"
+        "N", "largest absolute force of the history", "Largest force", "largest force", "3"
     ),
     "mode": Quantity("-", "number of the mode of the structure"),
     "modal_frequency": Quantity(

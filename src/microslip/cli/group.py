@@ -114,7 +114,10 @@ class OneOf(_Choice):
 def _usage(error: click.UsageError) -> str:
     command = error.ctx
     if isinstance(error, click.MissingParameter) and error.param is not None:
-        message = f"missing {error.param.human_readable_name}"
+        # An option is named as it is written: the last spelling is the long one.
+        is_option = isinstance(error.param, click.Option)
+        name = error.param.opts[-1] if is_option else error.param.human_readable_name
+        message = f"missing {name}"
     elif isinstance(error, click.NoSuchOption):
         near = error.possibilities or ()
         hint = f'; did you mean "{near[0]}"?' if near else ""

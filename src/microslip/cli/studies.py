@@ -200,7 +200,7 @@ def batch(
         from microslip.study.runs.batch import items_of, run_batch
 
         items = items_of(source, study)
-        folder = folder or Path(f"{source.stem}-batch")
+        folder = folder or Path(f"{source.resolve().stem}-batch")
         with progress("Running") as report:
             outcomes = run_batch(items, folder, workers, dask, report)
         result = finish(outcomes, folder)

@@ -20,7 +20,6 @@ from microslip.figures import plot as shapes
 from microslip.figures.plot import COLORS, Panel, Plot
 
 STYLE = Path(__file__).parents[1] / "style.mplstyle"
-_LINE = 100  # letters in a line of a legend
 _WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85}
 # Number of panels drawn on each Axes, and the units [SI] of its axes.
 _drawn_before: WeakKeyDictionary[Axes, tuple[int, float, float]] = WeakKeyDictionary()
@@ -49,7 +48,7 @@ def to_matplotlib(plot: Plot, page: Figure, color: str | None = None, label: str
     if plot.title:
         page.suptitle(_plain(plot.title), wrap=True)
     if plot.legend:
-        columns = _LINE // (10 + max(len(entry.label) for entry in plot.legend))
+        columns = 100 // (10 + max(len(entry.label) for entry in plot.legend))  # 100 letters
         _legend(page, plot, loc="outside lower center", ncols=max(columns, 1))
     return page
 
@@ -83,8 +82,6 @@ def draw(plot: Plot, ax: Any = None, *, color: str | None = None, label: str = "
 def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None:
     count, x_unit, y_unit = _drawn_before.get(axes, (0, panel.x.unit, panel.y.unit))
     _drawn_before[axes] = (count + 1, x_unit, y_unit)
-    if not count:
-        _prepare(axes, panel)
     hues = {COLORS[0]: color or COLORS[count % len(COLORS)]}
     x, y = panel.x.unit / x_unit, panel.y.unit / y_unit
     curves: list[Line2D] = []
@@ -112,18 +109,21 @@ def _draw_panel(axes: Axes, panel: Panel, color: str | None, label: str) -> None
                 axes.annotate(item.text, place, xycoords=system, va="top", **look)
             case shapes.Pixels():
                 ends = (x * item.left, x * item.right, y * item.bottom, y * item.top)
-                look = {"extent": ends, "aspect": axes.get_aspect()}
-                axes.imshow(item.values, interpolation="nearest", **look)
+                axes.imshow(item.values, extent=ends, aspect=axes.get_aspect())
     if label and curves:
         curves[0].set_label(label)
+    if not count:
+        _finish(axes, panel)
 
 
-def _prepare(axes: Axes, panel: Panel) -> None:
+def _finish(axes: Axes, panel: Panel) -> None:
+    """Set scales, ends and labels; an end that is not given follows from what has been drawn."""
     axes.margins(panel.x.margin, panel.y.margin)
     side: shapes.AxisName
     for side, axis, mine in (("x", panel.x, axes.xaxis), ("y", panel.y, axes.yaxis)):
-        limits = {} if axis.low is axis.high is None else {f"{side}lim": (axis.low, axis.high)}
-        axes.set(**{f"{side}scale": "log" if axis.log else "linear", **limits})
+        axes.set(**{f"{side}scale": "log" if axis.log else "linear"})
+        if axis.low is not None or axis.high is not None:
+            axes.set(**{f"{side}lim": (axis.low, axis.high)})
         if axis.ticks is not None:
             mine.set_ticks([x for x, _ in axis.ticks], labels=[text for _, text in axis.ticks])
         elif axis.integer:

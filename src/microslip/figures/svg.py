@@ -198,7 +198,9 @@ def _(item: shapes.Marks, frame: PanelFrame) -> str:
     shape = marker_path(item.marker, 0.5 * item.size)
     places = zip(x[fine].tolist(), y[fine].tolist(), strict=True)
     path = "".join(f"M{px:.2f} {py:.2f}{shape}" for px, py in places)
-    return f'<path d="{path}" fill="#fff" stroke="{item.color}" stroke-width=".8"/>' * bool(path)
+    if not path:
+        return ""
+    return f'<path d="{path}" fill="#fff" stroke="{item.color}" stroke-width=".8"/>'
 
 
 @_draw.register

@@ -140,7 +140,7 @@ def fitted_loops(result: Any) -> Plot:
         above.y.high = _upper_end(group, above.y.unit)
         below = Panel(
             axis_of(QUANTITIES["displacement"], longest),
-            axis_of(dimensionless("Over noise"), ticks=ticks),
+            axis_of(dimensionless("Residual\nover noise"), ticks=ticks),
             cell=(row + 1, row + 1, column, column),
         )
         if column > 0:

@@ -40,7 +40,8 @@ REMOVED_KEYS: dict[str, str] = {
     "surface.filter": "leave it out: long waves are removed by a Gaussian filter; for "
     "other filters use SurfaceTopography or the software of the instrument",
     "surface.hardness": "write hardness of the material, [material.NAME]",
-    "joint.tightening_load": "write tightening_pressure in [surface], the load over its area",
+    "joint.tightening_load": "write tightening_pressure, the load over the area, in a [surface] "
+    'with law = "face"; summits stay elastic',
     "joint.yield_stress": "write hardness of the material, 2.84 times the yield stress",
     "joint.tightening_model": "leave it out: faces yield at the hardness of their material",
     "uncertainty.scan_patches": 'use law = "face", whose pieces are resampled',

@@ -39,6 +39,9 @@ from microslip.study.runs.prediction import Prediction
 MOST_LOADS = 6
 _MOST_MARKS = 12
 
+_FROM_REST = Quantity("m", label="Displacement from rest")
+_FIRST_FORCE = Quantity("N", label="Force of first loading")
+
 CurveValues = Callable[[AmplitudeCurve], Floats]
 
 
@@ -171,7 +174,7 @@ def _damping(result: Prediction) -> Panel:
 
 
 def _exponent(result: Prediction) -> Panel:
-    panel = amplitude_panel(result, axis_of(dimensionless("Exponent\nd ln E / d ln δ")))
+    panel = amplitude_panel(result, axis_of(dimensionless("Local exponent\nd ln E / d ln δ")))
     panel.add(Guide(3.0), Guide(1.0))
     values = draw_curves(panel, result, lambda curve: curve.dissipation_exponent)
     lowest, highest = 1.0, 3.0
@@ -181,8 +184,6 @@ def _exponent(result: Prediction) -> Panel:
     panel.y.high = min(max(highest, 3.0) + 0.3, MOST_EXPONENT)
     return panel
 
-
-# -- loops -----------------------------------------------------------------------------------------
 
 MOST_LOOP_PANELS = 6
 
@@ -260,9 +261,9 @@ def _force(result: Prediction) -> Panel:
     limits = [result.joints[i].force_limit for i, _ in loads]
     panel = amplitude_panel(
         result,
-        axis_of(QUANTITIES["force"], max(limits), log=True),
+        axis_of(_FIRST_FORCE, max(limits), log=True),
         "dashed: full stick, T = kₜ δ, and gross slip, T = μN",
-        QUANTITIES["displacement"],
+        _FROM_REST,
     )
     unit = panel.y.unit
     for (index, look), limit in zip(loads, limits, strict=True):
@@ -296,7 +297,7 @@ def _stiffness(result: Prediction) -> Panel:
         result,
         stiffness,
         "solid: tangent dT/dδ, dashed: secant T/δ",
-        QUANTITIES["displacement"],
+        _FROM_REST,
     )
     draw_curves(panel, result, lambda curve: curve.tangent_stiffness / unit)
     for index, look in loads:
@@ -311,8 +312,8 @@ def _stiffness(result: Prediction) -> Panel:
 
 def contact_state(result: Prediction) -> Plot:
     """Plot the sticking fraction of the contact area against displacement."""
-    sticking = axis_of(QUANTITIES["stick_share"], low=0.0, high=1.05)
-    panel = amplitude_panel(result, sticking, x=QUANTITIES["displacement"])
+    fraction = QUANTITIES["stick_share"]._replace(label="Sticking fraction of the contact area")
+    panel = amplitude_panel(result, axis_of(fraction, low=0.0, high=1.05), x=_FROM_REST)
     draw_curves(panel, result, lambda curve: np.asarray(curve.stick_share))
     return add_legend(stacked([panel], 4.0), result)
 

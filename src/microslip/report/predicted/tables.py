@@ -43,7 +43,7 @@ _INPUTS = {
 }
 _MOST_INPUTS = 3
 
-TOTAL_ENERGY = Quantity("J", label="Dissipated energy", form="3")
+TOTAL_ENERGY = Quantity("J", label="Dissipated energy", symbol="dissipated energy", form="3")
 """Energy dissipated along a history."""
 JointRows = Sequence[dict[str, Any]]
 

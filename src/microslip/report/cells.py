@@ -255,7 +255,9 @@ def _judged(name: str, pairs: list[tuple[Verdict, str]], block: Verdicts) -> Jud
     at = list(dict.fromkeys(place for v, place in pairs if v.word == worst and place))
     limit = verdicts[0].limit
     bound = f"{100.0 * limit:.3g} %" if name in block.percent else f"{limit:.3g}"
-    values = [verdict.value for verdict in verdicts if verdict.value is not None]
+    # Values of the places that are named, unless they have none.
+    values = [verdict.value for verdict in bad if verdict.value is not None]
+    values = values or [verdict.value for verdict in verdicts if verdict.value is not None]
     ends = (min(values), max(values)) if values else ()
     texts = list(dict.fromkeys(value_text(block, name, end) for end in ends))
     rising = any(v.word not in ("ok", "not judged") and (v.value or 0.0) < limit for v in verdicts)

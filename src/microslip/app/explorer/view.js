@@ -131,9 +131,9 @@ function show() {
 function tell(joint) {
   const a = state.amplitude, force = joint.backbone(a), eta = joint.lossFactor(a);
   $("answer").innerHTML =
-    `Cycled between ±${engineering(a, "m")}, this joint loses <b>${engineering(joint.energy(a), "J")}</b> a cycle: ` +
+    `Cycled between ±${engineering(a, "m")}, this joint dissipates <b>${engineering(joint.energy(a), "J")}</b> a cycle: ` +
     `loss factor <b>η = ${plain(eta)}</b>, damping ratio of the interface ζ = η/2 = ${plain(eta / 2)}; ` +
-    `the force reaches ${plain(100 * force / joint.limit)} % of slip.`;
+    `the force reaches ${plain(100 * force / joint.limit)} % of the friction limit.`;
   const facts = [
     ["Contacts", plain(joint.count, 4)],
     ["Real area", `${plain(100 * joint.area / state.area)} %`],

@@ -43,7 +43,7 @@ class Option(Number):
     def values_in_words(self) -> str:
         """Expected values in words with an example, for error messages."""
         if self.choices:
-            return quoted((*self.choices, *(self.none,) * bool(self.none)))
+            return quoted((*self.choices, self.none) if self.none else self.choices)
         return "true or false" if self.kind is bool else super().values_in_words
 
     @property

@@ -174,7 +174,8 @@ class Workspace:
             if field is None:
                 raise InputError(f"{kind} has no option {quote(name)} here")
             if field.kind == "flag":
-                arguments += [f"--{name}"] * bool(value)
+                if value:
+                    arguments.append(f"--{name}")
                 continue
             values = value if isinstance(value, list) else [value]
             if len(values) > (_JOB_LIMIT if field.several else field.values):

@@ -139,10 +139,10 @@ def _field(param: click.Option, looks: bool) -> Field:
     if isinstance(param.type, click.Choice):
         choices = tuple(map(str, param.type.choices))
     elif declared is not None and declared.choices:
-        choices = (*declared.choices, *(declared.none,) * bool(declared.none))
+        choices = (*declared.choices, declared.none) if declared.none else declared.choices
     kind = "flag" if param.is_flag else "choice" if choices else "text"
     if param.metavar == "COLUMN":
-        kind, choices = "column", ("none",) * (param.name in ("time", "normal_load"))
+        kind, choices = "column", ("none",) if param.name in ("time", "normal_load") else ()
     if isinstance(param.type, click.Path):
         kind = "file" if param.name == MANIFEST_NAME else "study"
     usual = "" if param.default is None or callable(param.default) else str(param.default)

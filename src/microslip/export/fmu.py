@@ -79,7 +79,7 @@ def write_fmu(order: Order) -> Files:
 def _arrays(order: Order) -> dict[str, object]:
     components = components_of(order.element)
     node = f'<Dimension start="{order.size}"/>'
-    component = f'<Dimension start="{components}"/>' * (components > 1)
+    component = f'<Dimension start="{components}"/>' if components > 1 else ""
     return {
         "ZEROS": " ".join(["0.0"] * (order.size * components)), "SCALAR": node,
         "VECTOR": node + component, "MATRIX": node + component + component,

@@ -178,9 +178,10 @@ def as_text(table: Table, limit: int | None = None, *, brief: bool = False) -> T
     """
     names = table.names or tuple(table.data)
     values = table.data.rows(names)
-    places = (list(table.few) if brief else []) or evenly(
-        len(values), min(table.most, limit or table.most)
-    )
+    if brief and table.few:
+        places = list(table.few)
+    else:
+        places = evenly(len(values), min(table.most, limit or table.most))
     shown = [
         (place, table.data[name])
         for place, name in enumerate(names)

@@ -42,7 +42,8 @@ def complete(document: Document, kinds: Sequence[str] = ("svg",), *, page: bool 
             for kind in kinds
         ),
     ]
-    names = [*["report.html"] * page, *(file.name for file in files), "summary.json"]
+    names = ["report.html"] if page else []
+    names += [*(file.name for file in files), "summary.json"]
     document = replace(document, data={**document.data, "files": names})
     if page:
         files.insert(0, text_file("report.html", lambda: html_page(document)))

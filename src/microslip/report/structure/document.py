@@ -69,10 +69,11 @@ def _place(prediction: StructurePrediction) -> str:
 
 def _outside(prediction: StructurePrediction) -> str:
     away = [verdict for verdict in prediction.judged if verdict.word != "inside"]
-    text = (
-        f" {len(away)} of {len(prediction.judged)} tested quantities lie outside their bands."
-        * bool(away)
-    )
+    text = ""
+    if away:
+        text = (
+            f" {len(away)} of {len(prediction.judged)} tested quantities lie outside their bands."
+        )
     beyond = [f for mode in prediction.modes for f in mode.forced if f.beyond]
     if beyond:
         text += " Not covered: forced responses beyond the largest amplitude."

@@ -110,7 +110,8 @@ RULES: tuple[Rule, ...] = (
         reason="standard deviation of the logarithm of the stiffness, from piece to piece; the "
         "mean of n pieces scatters by it over the root of n",
         remedy="a larger scan, several scans, or long waves removed as form",
-        missing="the scan was solved as one; give `piece=...`, points along a side of a piece",
+        missing="the scan was solved as one piece; smaller pieces show their scatter (`piece`, the "
+        "points along a side, in a study or in Python)",
     ),
     Rule(
         name=BETWEEN,

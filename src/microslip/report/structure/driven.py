@@ -117,10 +117,13 @@ def force_plot(prediction: StructurePrediction) -> Plot:
         highest = [forced.response for forced in mode.forced]
         highest += [forced.bands[2] for forced in mode.forced if forced.bands is not None]
         largest = float(np.nanmax(np.concatenate(highest), initial=0.0))
+        note = f"Mode {mode.number}"
+        if any(forced.beyond or not np.isfinite(forced.peak[0]) for forced in mode.forced):
+            note += ", responses limited by the largest amplitude (amplitude.to)"
         panel = Panel(
             axis_of(hertz("Frequency of the force"), margin=0.0),
             axis_of(at_sensor, largest, log=True),
-            note=f"Mode {mode.number}",
+            note=note,
         )
         unit = panel.y.unit
         for index, forced in enumerate(mode.forced):

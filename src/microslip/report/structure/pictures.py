@@ -124,7 +124,8 @@ def slip_plot(prediction: StructurePrediction) -> Plot:
     """Plot the tangential amplitude between the faces of each patch."""
     slips = [(f"Mode {mode.number}", mode.slip(prediction.joint)) for mode in prediction.modes]
     largest = max(float(slip.max()) for _, slip in slips)
-    return _maps(prediction, slips, axis_of(Quantity("m", label="Relative amplitude"), largest))
+    amplitude = Quantity("m", label="Relative tangential amplitude")
+    return _maps(prediction, slips, axis_of(amplitude, largest))
 
 
 def loss_plot(prediction: StructurePrediction) -> Plot:

@@ -103,4 +103,4 @@ class LawJoint(Part):
         return self.friction_law
 
 
-ANY_JOINT = SubTable(Joint, LawJoint, tell=lambda raw: LawJoint if "law_file" in raw else Joint)
+ANY_JOINT = SubTable(Joint, LawJoint, choose=lambda raw: LawJoint if "law_file" in raw else Joint)

@@ -103,17 +103,17 @@ def tag(value: object, help: str, *, default: Any = REQUIRED) -> Any:
 class SubTable(Reader):
     """Reader of a table that may have several variants.
 
-    The variant is chosen by the function ``tell`` of the table's content, or, without a function or
-    if it returns None, by the value of the key ``tag``.
+    The function ``choose`` of the table's content returns the variant; without a function, or if it
+    returns None, the value of the key ``tag`` determines it.
     """
 
     def __init__(
         self,
         *models: type[Part],
         tag: str = "",
-        tell: Callable[[Any], type[Part] | None] = lambda raw: None,
+        choose: Callable[[Any], type[Part] | None] = lambda raw: None,
     ) -> None:
-        self.models, self.tag, self.tell = models, tag, tell
+        self.models, self.tag, self.choose = models, tag, choose
         self.by_tag = {model.tag_value(tag): model for model in models} if tag else {}
         self.help = _first_line(models[0])
 
@@ -121,7 +121,7 @@ class SubTable(Reader):
         """Return the table of the chosen variant."""
         if not isinstance(raw_value, Mapping):
             raise ValueError(self.models[0].no_table(raw_value, place))
-        chosen = self.tell(raw_value) or (self._by_tag(raw_value, place) if self.tag else None)
+        chosen = self.choose(raw_value) or (self._by_tag(raw_value, place) if self.tag else None)
         return (chosen or self.models[0]).read(raw_value, place)
 
     def _by_tag(self, raw: Mapping[Any, Any], place: Place) -> type[Part]:

@@ -179,8 +179,8 @@ ANY_SURFACE = SubTable(
     *(GreenwoodWilliamsonSurface, PopulationSurface, SphereSurface, TableSurface),
     *(MeasuredFace, DrawnSurface),
     tag="law",
-    tell=lambda raw: MeasuredFace if raw.get("law") == "face" and "scan" in raw else None,
+    choose=lambda raw: MeasuredFace if raw.get("law") == "face" and "scan" in raw else None,
 )
 ANY_MATERIAL = SubTable(
-    Elastic, Rigid, tell=lambda raw: Elastic if raw.get("rigid", False) is False else Rigid
+    Elastic, Rigid, choose=lambda raw: Elastic if raw.get("rigid", False) is False else Rigid
 )

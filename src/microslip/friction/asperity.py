@@ -82,7 +82,12 @@ class Asperity(Interface):
 
         The separation is 0 at first contact, so it is minus the indentation.
         """
+        check_one_of("normal_load [N] or separation [m]", normal_load, separation)
         indentation = None if separation is None else -number("separation", separation, "m")
+        if indentation is not None and indentation <= 0.0:
+            raise InputError(
+                f"`separation` must be below zero [m] for contact, got {-indentation:g}"
+            )
         return Asperity(
             self.pair,
             self.radius,

@@ -156,7 +156,7 @@ def settled_vectors(
     places = bank.places(displacements)
     found = _settle(bank, places, steps, tolerance, start)
     return VectorCycle(
-        lock(found.force if bank.nodes else found.force[0]),
+        lock(found.force[0] if bank.nodes is None else found.force),
         load,
         found.passes,
         lock(found.residual),

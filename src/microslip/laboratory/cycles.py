@@ -99,7 +99,7 @@ class Cycles:
 
     @property
     def largest_block(self) -> CycleBlock:
-        """CycleBlock with the most cycles."""
+        """Block of the record with the most cycles."""
         return max(self.blocks.having_cycles, key=lambda block: block.cycle_count)
 
     @cached_property

@@ -70,12 +70,13 @@ def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
         return record
     changed: dict[str, Any] = {spike.channel: record.channels[spike.channel] for spike in spikes}
     for channel, values in changed.items():
-        changed[channel] = values = values.copy()
+        cleaned = values.copy()
         for spike in spikes:
             if spike.channel == channel:
-                values[spike.first : spike.last + 1] = np.nan
-        bad = np.isnan(values)
-        values[bad] = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad), values[~bad])
+                cleaned[spike.first : spike.last + 1] = np.nan
+        bad = np.isnan(cleaned)
+        cleaned[bad] = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad), cleaned[~bad])
+        changed[channel] = cleaned
     return replace(record, **changed)
 
 

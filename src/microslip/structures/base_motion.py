@@ -148,7 +148,7 @@ def _at_supports(
             f"supports must be different degrees of freedom from 0 to {size - 1}, not all of "
             f"them, such as [0, {size - 1}], got {show(supports)}"
         )
-    moved = direction_matrix("directions", directions, given.size)
+    moved = direction_matrix("directions at the supports", directions, given.size)
     free = np.setdiff1d(np.arange(size), given)
     inner_joints = [change_rows(a, lambda rows: rows[free]) for a in rest.attachments]
     cut = np.ix_(free, free)

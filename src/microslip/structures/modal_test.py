@@ -192,9 +192,9 @@ class ModalTest(Locked):
             place = Path(path)
         except TypeError:
             raise InputError(f"`path` must be a path, got {show(path)}") from None
-        name, stated = shorten(place.name, 100), columns or {}
+        name, stated, accepted = shorten(place.name, 100), columns or {}, (*_COLUMNS, "amplitude")
         for role in stated:
-            if role not in (accepted := (*_COLUMNS, "amplitude")):
+            if role not in accepted:
                 hint = did_you_mean(str(role), accepted)
                 raise InputError(
                     f"columns must be among {quoted(accepted)}, got {show(role)}{hint}"

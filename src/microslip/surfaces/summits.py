@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +58,7 @@ def find_summits(
             "condition(cutoff=...).moments().mccool(), which has to_surface(pair, area)"
         )
     rise = prominence
-    if rise is not None and rise != 0.0:
+    if rise is not None and not (isinstance(rise, Real) and rise == 0.0):
         rise = length_of("prominence", rise, "2 nm")
     short = remaining(scan, band(scan, cutoff, None)[0])
     noise = scan._noise_behind(short)

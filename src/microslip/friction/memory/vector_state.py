@@ -162,7 +162,7 @@ class VectorState(Resumable):
         self._loss = np.zeros(bank.size) if energies else None
 
     def _out(self, array: Floats) -> Any:
-        return array if self._bank.nodes else array[0]
+        return array[0] if self._bank.nodes is None else array
 
     @property
     def displacement(self) -> Floats:

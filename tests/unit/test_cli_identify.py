@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from command import STUDY, fails, run
@@ -159,6 +160,12 @@ def test_calibration(text: str, factors: tuple[str, ...], error: float | None) -
     found, errors = calibration_of((text,))
     assert found == factors
     assert errors == ({} if error is None else {"force": pytest.approx(error)})
+
+
+@pytest.mark.parametrize("text", ["1±", "±0.1", "1±-0.1", "0±1", "1±x"])
+def test_wrong_deviations_of_a_calibration_are_refused(text: str) -> None:
+    with pytest.raises(click.UsageError, match="wanted force=FACTOR±DEVIATION"):
+        calibration_of((f"force={text}",))
 
 
 def test_a_calibration_error_is_in_the_intervals() -> None:

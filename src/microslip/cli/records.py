@@ -275,8 +275,9 @@ def calibration_of(texts: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, f
     for role, text in pairs("calibration", texts).items():
         value, deviation = with_deviation(text)
         if deviation is not None:
-            number, error = value.split()[0], deviation.removesuffix("%").split()[0]
-            if not (is_number(number) and is_number(error) and float(number) != 0.0):
+            number = value.partition(" ")[0]
+            error = deviation.removesuffix("%").partition(" ")[0]
+            if not (is_number(number) and is_number(error) and float(number) and float(error) >= 0):
                 raise click.UsageError(
                     f"--calibration: wanted {role}=FACTOR±DEVIATION, such as {role}=1±0.01, got "
                     f'"{text}"'

@@ -125,7 +125,7 @@ class InterfaceModel:
         load = self.law._derivative_at(z * self.unit, 0)
         return -self.law._derivative_at(z * self.unit, 1) * self.unit / load
 
-    @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019  # a branch asks several times at the same values
+    @lru_cache(maxsize=_MOST_CACHED)  # noqa: B019  # a branch repeats values
     def _separation(self, z: float, ratio: float) -> float:
         """Return the normalised separation [-] at which the load n is ``ratio`` times n(z)."""
         if ratio == 1.0:

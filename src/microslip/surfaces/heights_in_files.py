@@ -37,7 +37,7 @@ _BY_SLASH = re.compile(r"(.+?)\s*/\s*([^\W\d_]{1,12})")
 def read_heights(path: Path, format_name: Any, channel: Any, has_pixel: bool) -> RawHeights:
     """Read the heights from a file of any format; error messages do not contain the file name.
 
-    ``has_pixel``: whether the user states the pixel, which points with coordinates refuse.
+    ``has_pixel`` is True if the user gives a pixel; points with coordinates must not have one.
     """
     for name, value, kinds in (("format", format_name, str), ("channel", channel, (str, int))):
         if value is not None and not isinstance(value, kinds):

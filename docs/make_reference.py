@@ -95,8 +95,10 @@ def kind_of(schema: dict[str, Any]) -> str:
     parts = variants(schema)
     if len(parts) > 1:
         kinds = [kind_of(part) for part in parts if not is_scatter(part)]
-        scatter = " (may be uncertain)" if any(map(is_scatter, parts)) else ""
-        return " or ".join(dict.fromkeys(kinds)) + scatter
+        words = " or ".join(dict.fromkeys(kinds))
+        if any(map(is_scatter, parts)) and "(may be uncertain)" not in words:
+            words += " (may be uncertain)"
+        return words
     kind = "object" if "properties" in schema else schema.get("type")
     if kind == "array":
         return f"list of: {kind_of(schema.get('items', {}))}"

@@ -117,7 +117,7 @@ class Finish:
             )
         heights = [name for name in ("ra", "rq", "rz") if getattr(self, name) is not None]
         if len(heights) > 1 or (not heights and self.process is None):
-            came = quoted(heights, "and") if heights else "nothing of it"
+            came = quoted(heights, "and") if heights else "none of them"
             raise InputError(
                 f"one of ra, rq and rz must be given, or a process such as ground, got {came}"
             )

@@ -79,6 +79,13 @@ class LawJoint(Part):
     band: LawBand | None
     """Confidence intervals of an identified law; None for other laws."""
 
+    @classmethod
+    def unknown(cls, name: str) -> str:
+        """Return the error message for an unknown key, such as one of a joint with a surface."""
+        if name in Joint.keys:
+            return f"wanted no {name} with joint.law_file; remove one of them"
+        return super().unknown(name)
+
     def check(self, place: Place) -> None:
         """Read the law from its file."""
         try:

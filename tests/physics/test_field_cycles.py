@@ -360,20 +360,6 @@ def test_varying_separations_without_samples_reach_their_tolerance(d: np.ndarray
         assert (off / np.abs(exact[2]).max(axis=(1, 2, 3, 4))).max() < 100.0 * rtol
 
 
-def test_varying_separations_without_samples_have_the_jacobian_of_differences() -> None:
-    _, _, jacobian = FIELD.harmonics(COEFFICIENTS, ORDERS, separations=SEPARATIONS)
-    for k, way in enumerate(np.eye(10)):
-
-        def at(s: float, e: np.ndarray = way) -> np.ndarray:
-            x, d = COEFFICIENTS + s * e[:5], SEPARATIONS + s * e[5:]
-            return np.stack(FIELD.harmonics(x, ORDERS, separations=d)[:2])
-
-        for part, slopes in enumerate(slope(at, 2e-12)):
-            off = np.abs(slopes - jacobian[:, part, k // 5, :, k % 5])
-            scale = np.abs(jacobian[:, part, 1]).max(axis=(1, 2))[:, None]
-            assert (off / scale).max() < 1e-4  # of second order; they lose digits
-
-
 def test_separations_that_stay_need_no_rule_of_their_own() -> None:
     """The held rule, another program, to rounding; and of a node that stands still."""
     still = FIELD.separations[:, None] * np.eye(5)[:1]
@@ -396,17 +382,3 @@ def test_normal_motion_alone_has_no_force_and_the_stiffness_of_small_shear() -> 
     wanted = np.einsum("nij,nj->ni", jacobian[:, 0, 0], tiny)
     scale = np.abs(wanted).max(axis=1)
     assert (np.abs(sheared - wanted).max(axis=1) / scale).max() < 1e-3
-
-
-def test_corners_under_varying_separations_are_met() -> None:
-    heights = 5e-7 * np.random.default_rng(3).normal(size=60)
-    rough = ms.AsperityPopulation(SURFACE.pair, heights, radii=1e-3)
-    field = ms.JointField(rough, 0.3, areas=[1e-4, 1e-4], loads=[2.0, 0.5], surface_area=1e-4)
-    c, d = 3e-7 * SHAPE, np.array([0.0, 4e-8, -3e-8, 2e-8, 1e-8]) + np.zeros((2, 5))
-    d[:, 0] += field.separations
-    force, load, _ = field.harmonics(c, ORDERS, separations=d, rtol=1e-7)
-    fine = field.harmonics(c, ORDERS, separations=d, samples=1 << 14)
-    scale = np.abs(fine[0]).max()
-    # Without a profile these are 64 samples, whose error is some 1e-3.
-    assert np.abs(force - fine[0]).max() < 5e-3 * scale
-    np.testing.assert_allclose(load, fine[1], rtol=0, atol=1e-3 * np.abs(fine[1]).max())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -184,29 +183,3 @@ def test_separations_of_many_loads(surface: ms.NormalLaw) -> None:
     wanted = surface.separation(many)
     length = many / surface.stiffness(wanted)
     assert np.all(np.abs(d - wanted) <= 4e-16 * np.abs(wanted) + 2e-15 * length)
-
-
-def test_scaling() -> None:
-    """Twice the coefficient of friction at twice the amplitude: twice the force, four times E_d."""
-    joint = ms.Interface.examples()[0]
-    loads, a = np.geomspace(10.0, 1e4, 7), np.geomspace(1e-10, 1e-5, 9)
-    one = swept_over(joint.surface, 0.3, loads, amplitude=a)
-    two = swept_over(joint.surface, 0.6, loads, amplitude=2.0 * a)
-    np.testing.assert_allclose(two["force_amplitude"], 2.0 * one["force_amplitude"], rtol=1e-13)
-    np.testing.assert_allclose(two["dissipated_energy"], 4.0 * one["dissipated_energy"], rtol=3e-13)
-    np.testing.assert_allclose(two["loss_factor"], one["loss_factor"], rtol=3e-13)
-
-
-def test_gross_slip_and_microslip() -> None:
-    """E_d tends to (2/3)(mu/kappa^2) N'' a^3 and to 4 mu N a, at every load."""
-    joint = ms.Interface.examples()[0]
-    loads = np.geomspace(10.0, 1e4, 50)
-    names = ["dissipated_energy", "separation", "slip_per_indentation", "energy_ratio"]
-    swept = swept_over(joint.surface, 0.55, loads, amplitude=[1e-13, 1e-1], quantities=names)
-    small, large = ({name: swept[name][0, :, end] for name in names} for end in (0, 1))
-    curvature = joint.surface._derivative(small["separation"], 2)
-    cubic = 2.0 / 3.0 * 0.55 / small["slip_per_indentation"] ** 2 * curvature * 1e-39
-    np.testing.assert_allclose(small["dissipated_energy"], cubic, rtol=1e-5)
-    np.testing.assert_allclose(large["dissipated_energy"], 0.22 * loads, rtol=1e-4)
-    assert np.all(large["energy_ratio"] < 1.0)
-    assert math.isclose(small["slip_per_indentation"][0], joint.slip_per_indentation)

@@ -99,16 +99,6 @@ def test_dissipated_energy_of_a_state(law, x, cut):
     assert state.dissipated_energy == pytest.approx(whole.dissipated_energy, rel=1e-12, abs=0)
 
 
-@all_laws
-def test_states_go_through_pickles(law) -> None:
-    x = reach_of(law) * np.random.default_rng(3).uniform(-1.0, 1.0, 40)
-    state = law.start()
-    state.advance(x[:30])
-    other = pickle.loads(pickle.dumps(state))
-    assert (other.displacement, other.force) == (state.displacement, state.force)
-    np.testing.assert_array_equal(other.advance(x[30:]), state.advance(x[30:]))
-
-
 @every_joint
 def test_states_under_a_varying_load_go_through_pickles(joint) -> None:
     d, x = walk(joint, 40, seed=4)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pickle as pickle
-
 import click
 import jsonschema
 import pytest

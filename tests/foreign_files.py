@@ -1,4 +1,4 @@
-"""Matrices and a mesh of small structures in files of other programs, for the tests."""
+"""A mesh of a small structure in files of other programs, for the tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A page of HTML as it is read: whole, safe, with its words and the cells of its tables."""
+"""A page of HTML as it is read: whole, safe, with its tags and its text."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ class Page(HTMLParser):
         super().__init__()
         self.open: list[str] = []
         self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.text, self.words = "", dict[str, str]()
-        self.cells: list[list[list[str]]] = []
+        self.text = ""
         code = f"<script>{script('ticks.js')}{script('figure.js')}</script>"
         assert text.count(code) == 1
         hashed = base64.b64encode(hashlib.sha256(code[8:-9].encode()).digest()).decode()
@@ -48,12 +47,6 @@ class Page(HTMLParser):
             if name in ("src", "href", "srcset", "action", "data"):
                 assert (value or "").startswith(ALLOWED), value
         self.tags.append((tag, dict(attrs)))
-        if tag == "table":
-            self.cells.append([])
-        elif tag == "tr":
-            self.cells[-1].append([])
-        elif tag in ("td", "th"):
-            self.cells[-1][-1].append("")
         if tag not in VOID:
             self.open.append(tag)
 
@@ -63,11 +56,3 @@ class Page(HTMLParser):
 
     def handle_data(self, data: str) -> None:
         self.text += data
-        for tag in set(self.open):
-            self.words[tag] = self.words.get(tag, "") + data
-        if self.open and {"td", "th"} & set(self.open):
-            self.cells[-1][-1][-1] += data
-
-    def table(self, head: str) -> list[list[str]]:
-        """The table whose second column has this head."""
-        return next(rows for rows in self.cells if len(rows[0]) > 1 and rows[0][1] == head)

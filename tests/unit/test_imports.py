@@ -73,7 +73,7 @@ def test_gaussian_interfaces_need_no_scipy() -> None:
     loaded = run(GAUSSIAN + LOADED).split()
     for heavy in ("scipy", "pydantic", "pint", "matplotlib", "click", "rich"):
         assert heavy not in loaded
-    laws = ("persson", "population", "sphere", "table")
+    laws = ("population", "sphere", "table")
     assert not {f"microslip.contact.{law}" for law in laws} & set(loaded)
     assert "microslip.contact.measured_face" not in loaded
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
+from cases import refusal
 from studies import CURVE, STUDY, edited
 
 import microslip as ms
@@ -32,16 +32,9 @@ def test_a_file_that_is_no_study_is_one_line(case: str, here: Path) -> None:
     (here / "joint.toml").write_bytes(content)
     if name == "/dev/zero" and not Path(name).exists():
         pytest.skip("there is no such device")
-    line = refused(ms.Study.load, name)
+    line = refusal(ms.Study.load, name)
     assert line.startswith(repr(name)[1:-1][:100])
     assert message in line
-
-
-def refused(call: Any, *given: Any, **more: Any) -> str:
-    with pytest.raises(ms.StudyError) as caught:
-        call(*given, **more)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
 
 
 def test_a_history_is_limited_by_memory(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -49,10 +42,10 @@ def test_a_history_is_limited_by_memory(here: Path, monkeypatch: pytest.MonkeyPa
     history = 'history = { file = "x.csv", column = "x" }'
     text = edited((f"curve = {CURVE}", history))
     monkeypatch.setattr("microslip.study.consistency.MAX_SAMPLES", 200)
-    assert refused(ms.Study.from_toml, text) == (
+    assert refusal(ms.Study.from_toml, text) == (
         "study: excitation.history: wanted at most 200 samples in all, got 240 (loads times rows)"
     )
     monkeypatch.setattr("microslip.study.fields.MAX_ROWS", 100)
-    assert refused(ms.Study.from_toml, text) == (
+    assert refusal(ms.Study.from_toml, text) == (
         "study: excitation.history: x.csv: wanted at most 100 rows, got more"
     )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from laboratory.imperfections import an_imperfect_set
 from laboratory.loops import CAUSES, CLEAN, FAULTS, Kind, drive, noisy, respond, sampled
 from laboratory.measured import UNDECIDED, coverage, verdict_on
 
@@ -77,3 +80,15 @@ def test_hardly_a_fault_is_named_wrongly() -> None:
     verdicts = {name: verdict_on(name, 1)[0] for name in FAULTS if name != "Dahl"}
     assert list(verdicts.values()).count("wrong") <= 3, verdicts
     assert "silent" not in verdicts.values(), verdicts
+
+
+def test_half_a_step_is_in_the_intervals_of_measure() -> None:
+    """Records without noise on the steps of a converter are known to half a step."""
+    made = an_imperfect_set("converter steps", 1)
+    for record in made.records[1::2]:
+        found = ms.measure(record).mean["friction_peak"]
+        step = float(np.diff(np.unique(record.force)).min()) / record.normal_load
+        assert found.low <= made.truth["friction_coefficient"] <= found.high
+        # A value of which the step alone is known has a standard deviation of step/sqrt(12).
+        half = 0.5 * (found.high - found.low)
+        assert half == pytest.approx(1.96 * step / math.sqrt(12.0), rel=0.2)

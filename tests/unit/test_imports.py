@@ -16,6 +16,7 @@ import pytest
 from studies import STUDY
 
 import microslip as ms
+from microslip._core.parameters import parameters_of
 from microslip.contact import NORMAL_LAWS
 from microslip.contact.heights import HEIGHTS
 from microslip.friction import LAWS
@@ -174,3 +175,5 @@ def test_every_class_is_in_its_list(base: type, listed: tuple[type, ...]) -> Non
     assert concrete(base) - made == set(listed)
     for law in listed:
         assert getattr(ms, law.__name__) is law
+        for declared in parameters_of(law):
+            assert declared.symbol and declared.meaning  # noqa: PT018

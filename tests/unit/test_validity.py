@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from real_area import compare
 
 import microslip as ms
 from microslip._core.verdicts import worst
@@ -104,3 +105,15 @@ def test_a_sphere_is_held_to_first_yield() -> None:
     assert joint.surface.hertz_pressure(joint.separation) == pytest.approx(pressure, rel=1e-12)  # type: ignore[attr-defined]
     (unknown,) = ms.Interface(ms.SphereOnFlat(pair(), 5e-3), 0.5, 100.0).validity
     assert unknown.word == "not judged"
+
+
+def test_the_limits_are_where_neighbours_begin_to_be_felt() -> None:
+    """Small areas agree to the scatter of a few contacts; at the limits they are stiffer."""
+    rule = next(rule for rule in RULES if rule.name == SHARE)
+    light, middle, heavy = compare(128, 4, 12, seed=3, loads=(0.001, 0.0055, 0.08))
+    assert light["population area"] < 0.5 * rule.watch
+    assert light["population ratio"] == pytest.approx(1.0, abs=0.2)
+    assert middle["population area"] == pytest.approx(rule.watch, rel=0.2)
+    assert 1.0 < middle["population ratio"] < 1.25
+    assert heavy["population area"] == pytest.approx(rule.outside, rel=0.2)
+    assert heavy["population ratio"] > 1.4

@@ -190,7 +190,7 @@ def _add_fields(add: Add, surface: Any, joint: Any) -> None:
     add("turning.periodic", turning.periodic, displacement_cycle=path, tolerance=1e-6)
     add("turning.harmonics", turning.harmonics, coefficients=np.full((2, 3), 1e-8), samples=16,
         tolerance=1e-6)  # fmt: skip
-    add("turning.start", turning.start, energies=True)
+    add("turning.start", turning.start, ("energies",), energies=True)
     add("VectorCycle.derivative", turning.periodic(path).derivative, directions=path)
     add("FieldCycle.derivative", field.periodic(cycle, gaps).derivative, displacements=cycle,
         separations=gaps)  # fmt: skip

@@ -19,6 +19,7 @@ REMOVED: dict[str, str] = {
     "amplitude=..., ...); with arguments of xarray the results are labelled",
     "Sweep": "use the DataArrays that ms.evaluate returns for arguments of xarray",
     "first_loading": "use JointField(...).start().try_(displacement, separation)",
+    "FirstLoading": "use JointField(...).start().try_(displacement, separation)",
     "Decay": "use Oscillator.ring_down, which has amplitude and damping of each cycle",
     "SegalmanFit": "fit chi and beta of ms.SegalmanIwan with SciPy as in docs/comparison.md",
     "BoucWen": "use ms.SegalmanIwan or ms.Iwan: every friction law is given by its backbone",

@@ -28,8 +28,8 @@ def store(path: str | Path, data: DataSet) -> None:
         # MATLAB and Fortran programs cannot read the variable-length strings that h5py writes by
         # default, so text becomes a fixed-length string.
         if isinstance(value, str):
-            data = value.encode()
-            value = np.array(data, dtype=string_dtype("utf-8", len(data)))
+            encoded = value.encode()
+            value = np.array(encoded, dtype=string_dtype("utf-8", len(encoded)))
         owner.attrs[name] = value
 
     auxiliary = {name: set(v.dims) for name, v in coords.items() if v.dims != (name,)}

@@ -113,14 +113,14 @@ def opensees(order: Order) -> Files:
     ``MultiLinear`` of OpenSees is not used: its reloading does not follow Masing's rules.
     """
     tied = bool(order.patches[0].nodes)
-    lines = [f"# To use: exec, or import and call; the tags begin at {order.first_number}."]
+    lines = [f"# Run by exec, or import and call the function; tags begin at {order.first_number}."]
     if not tied:
         lines.append(
             f"# Then: element zeroLength TAG NODE NODE -mat <{order.name}> -dir {order.direction}"
         )
     parts = "materials and elements" if tied else "materials"
     lines += ["", "", f"def {order.name}(ops):"]
-    lines.append(f'    """Make the {parts}; the tag of the first sum."""')
+    lines.append(f'    """Create the {parts}. Return the tag of the first parallel material."""')
     sums = []
     for _, cells in numbered_cells(order, gap=1):
         for cell in cells:

@@ -133,7 +133,7 @@ class InterfaceModel:
         load = np.array([ratio * self.law._derivative_at(z * self.unit, 0)])
         try:
             return float(NormalLaw._solve(self.law, load)[0]) / self.unit
-        except InputError:  # beyond the loads of the surface: as for an exponential law
+        except InputError:  # beyond the loads of the surface, as an exponential law
             return z - math.log(ratio) / self._rate(z)
 
     # -- shares of the force limit ---------------------------------------------------------------
@@ -181,8 +181,8 @@ class InterfaceModel:
         if isinstance(heights, Gaussian):
             middle = heights.mean / self.unit
             return middle - 4.0, middle + 8.0
-        # Heights that begin abruptly: also so deep that all of them touch. The moments of
-        # scipy's distributions are no tables there, and too slow for a fit.
+        # For heights with an abrupt lower end, include separations at which all summits touch.
+        # Moments of distributions of SciPy are not tabulated there, and too slow for a fit.
         low -= float(isinstance(heights, Exponential) or self.law._spheres is not None)
         grid = np.linspace(low, high, 4001)
         loads = self.law._derivative(grid * self.unit, 0)

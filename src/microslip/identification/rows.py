@@ -80,7 +80,7 @@ def _cycle_of(folded: Folded) -> Cycle:
     else:
         nodes = np.concatenate((low, high, corners) if is_wide else (low, corners))
     turns = low[0] + np.mod(_turning_points(folded) - low[0], 2.0 * math.pi)
-    # One that a bin meets is not doubled: there would be a cycle of rounding's size.
+    # A turning point at a node is not added: it would make a loop of the size of rounding errors.
     away = np.abs((turns[:, None] - nodes + math.pi) % (2.0 * math.pi) - math.pi)
     closings = _closings(folded, turns) if is_wide and not sampled and turns.size > 2 else turns[:0]
     phase = np.concatenate((nodes, turns[away.min(axis=1) > _COINCIDENT], closings))

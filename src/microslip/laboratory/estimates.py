@@ -24,7 +24,7 @@ _NORMAL = 100_000
 """Degrees of freedom at which Student's distribution is the normal one."""
 _HIGHEST, _FARTHEST = 0.999, 2.0
 CERTAIN = 5.0
-"""Standard errors of a significant trend; the limits are this project's."""
+"""Least slope of a significant trend over its standard error; a convention of this project."""
 
 
 class Estimate(NamedTuple):

@@ -68,15 +68,13 @@ def without_spikes(record: Record, spikes: Sequence[Spike]) -> Record:
     """Replace the spikes of a record by linear interpolation."""
     if not spikes:
         return record
-    changed: dict[str, Any] = {spike.channel: record.channels[spike.channel] for spike in spikes}
-    for channel, values in changed.items():
-        cleaned = values.copy()
-        for spike in spikes:
-            if spike.channel == channel:
-                cleaned[spike.first : spike.last + 1] = np.nan
-        bad = np.isnan(cleaned)
-        cleaned[bad] = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad), cleaned[~bad])
-        changed[channel] = cleaned
+    channels = {spike.channel for spike in spikes}
+    changed: dict[str, Any] = {name: getattr(record, name).copy() for name in channels}
+    for spike in spikes:
+        changed[spike.channel][spike.first : spike.last + 1] = np.nan
+    for values in changed.values():
+        bad = np.isnan(values)
+        values[bad] = np.interp(np.flatnonzero(bad), np.flatnonzero(~bad), values[~bad])
     return replace(record, **changed)
 
 

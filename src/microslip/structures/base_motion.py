@@ -404,7 +404,7 @@ def _response(
             part[:, :, first] += moved @ (base.carried.T @ columns)
         return np.asarray(part * turning[:, None, :] ** order)
 
-    # What the supports take up: the forces on all, as far as they act on the carried motion.
+    # The force of the supports: all forces on the structure, projected on the carried motion.
     force = along(base.inertia, 2)
     if base.drag is not None:
         force += along(base.drag, 1)

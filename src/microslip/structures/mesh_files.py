@@ -319,7 +319,8 @@ def read_mesh(path: Path) -> dict[str, Any]:
         if index.size and (index.dtype.kind not in "iu" or index.min() < 0 or index.max() >= size):
             raise ValueError("names nodes or cells that it does not have")
     # Gmsh writes a block of cells for each part of the geometry. One for each kind is kept.
-    kinds = [_KINDS.get(block.type, (block.type, None))[0] for block in mesh.cells]
+    known = [_KINDS.get(block.type, (block.type, None)) for block in mesh.cells]
+    kinds = [kind for kind, _ in known]
 
     def by_kind(blocks: Any, numbers: bool = False) -> Cells:
         merged: dict[str, list[Any]] = {kind: [] for kind in kinds}
@@ -337,11 +338,10 @@ def read_mesh(path: Path) -> dict[str, Any]:
         named += [(_TAGS, number, name) for name, (number, _) in mesh.field_data.items()]
     groups = _numbered_groups(data, named)
     groups |= {name: by_kind(blocks, numbers=True) for name, blocks in cell_sets.items()}
-    corners = [_KINDS.get(block.type, (block.type, None))[1] for block in mesh.cells]
     return {
         "points": points,
         "cells": by_kind(
-            [np.asarray(b.data)[:, :count] for b, count in zip(mesh.cells, corners, strict=True)]
+            [np.asarray(b.data)[:, :count] for b, (_, count) in zip(mesh.cells, known, strict=True)]
         ),
         "cell_sets": groups,
         "point_sets": {name: np.asarray(nodes) for name, nodes in mesh.point_sets.items()},

@@ -60,13 +60,13 @@ class Oscillator:
 
     *Quasi-static* modal analysis (Festjens, Chevallier and Dion, Int. J. Mech. Sci. 75, 170, 2013;
     Lacayo and Allen 2019, DOI 10.1016/j.ymssp.2018.08.034) reads frequency and damping from one
-    loading curve: at the amplitude a the stiffness is the secant k + T0(a)/a = m omega^2, and the
-    joint adds E_d/(4 pi U) to the damping ratio, where U = (k + T0(a)/a) a^2/2 is the energy of the
-    *whole* mode. Nothing is integrated in time.
+    loading curve: at the amplitude a the joint has the secant stiffness k_joint(a) = T0(a)/a with
+    k + k_joint(a) = m omega^2, and adds E_d/(4 pi U) to the damping ratio, where U = (k + T0(a)/a)
+    a^2/2 is the energy of the *whole* mode. Nothing is integrated in time.
 
     *Harmonic balance* is that of :meth:`microslip.Structure.modes` with the same harmonics; a is
     then the amplitude of the fundamental harmonic. With the fundamental alone it has a closed form
-    (equivalent linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075): the stiffness is
+    (equivalent linearisation; for hysteresis Caughey 1960, DOI 10.1115/1.3644075): k_joint(a) is
     that of the in-phase first harmonic of the loop, in place of the secant. The two methods agree
     to first order in microslip, where the backbone is a parabola and both stiffnesses are equal.
     They differ in gross slip: a joint that slides at its limit mu N hardly stiffens the mode in

@@ -295,7 +295,7 @@ def ring_down(
     if samples > _MOST_SAMPLES:
         raise InputError(
             f"ring_down computes at most {_MOST_SAMPLES} samples, this one needs {samples:.3g}; "
-            "take fewer cycles"
+            "take fewer cycles, a shorter duration or fewer samples_per_cycle"
         )
     turns = math.inf if cycles is None else 2 * cycles
     motion = _Motion(joint, mass, spring, dashpot, amplitude)

@@ -15,9 +15,9 @@ _DEGREE = 15
 _TOLERANCE = 3e-12  # of the largest value on a panel
 _RATIO = 1e-4  # a panel over which a function falls further is split: relative accuracy in the tail
 _MAX_HALVINGS = 48  # halvings of a first panel
-_NOISE = 1e-10  # of the largest value: what a density may scatter by
+_NOISE = 1e-10  # accepted scatter of a density, relative to its largest value on a panel
 PANELS = 600
-"""Usual limit of panels; a density as noisy as that is taken as it is."""
+"""Default limit of the number of panels: noisy densities are not refined beyond it."""
 
 _ANGLES = math.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1)
 _POINTS = np.cos(_ANGLES)
@@ -64,11 +64,11 @@ def resolve(function: Callable[[Floats], Floats], edges: Floats, limit: int = PA
         values = function(0.5 * (low + high) + 0.5 * (high - low) * _POINTS)
         c = values @ _TRANSFORM.T
         size = np.abs(values).max(axis=1)
-        # Near an end the distance to it is known to rounding only: a noise no split removes.
+        # Rounding errors of the arguments limit the accuracy on narrow panels far from zero.
         noise = 4e-16 * np.maximum(np.abs(low), np.abs(high)) / (high - low)
         omitted = np.abs(c[:, -3:]).max(axis=1) / np.where(size > 0.0, size, 1.0)
         rough = omitted > _TOLERANCE + noise[:, 0]
-        # A small rest that a halving did not lessen is noise of the function itself.
+        # A small residual that halving has not reduced is noise of the function itself.
         rough &= (omitted > _NOISE) | (omitted < 0.3 * before)
         steep = np.abs(values).min(axis=1) < _RATIO * size
         split = (rough | steep) & ((high - low) > 1e-15 * np.abs(low))[:, 0]

@@ -26,7 +26,7 @@ _LOW_TAILS = (1e-20, 1e-14)  # and for the lower: what lies below carries no sha
 _MIN_WIDTH = 1e-7  # of the spread: closer breaks of a root of N'' matter to no integral
 _FEW_THRESHOLDS = 200
 _NODES, _WEIGHTS = gauss_legendre(20)
-# From so many widths away a panel is so many charges, see `_panel_masses`.
+# Distance of a threshold in panel widths, and number of point masses, see `_panel_masses`.
 _LEVELS = ((60.0, 6), (4.0, 11), (0.125, 20))
 
 
@@ -244,7 +244,7 @@ class Statistical(HeightDistribution):
         order = np.argsort(t, axis=None)
         flat = t.ravel()[order]
         total = np.zeros_like(flat)
-        # Of the rising thresholds the first few are so far below a panel.
+        # The thresholds rise: those more than `distance` widths below a panel come first.
         end = np.zeros(width.size, dtype=np.intp)
         for distance, nodes, weights in self._panel_masses:
             start, end = end, np.searchsorted(flat, edges[:-1] - distance * width)
@@ -257,7 +257,7 @@ class Statistical(HeightDistribution):
             for j in np.flatnonzero(end > start):
                 gap = edges[j] - flat[start[j] : end[j], None]
                 total[start[j] : end[j]] += (1.0 / np.sqrt(gap + nodes[j])) @ weights[j]
-        # Nearer than an eighth of its width a panel sees the singularity.
+        # Panels nearer than an eighth of their width are integrated over z, which is not singular.
         panel, at = _pairs(end, np.searchsorted(flat, edges[1:]))
         from_here = flat[at]
         low = np.sqrt(np.maximum(edges[panel] - from_here, 0.0))
@@ -272,7 +272,7 @@ class Statistical(HeightDistribution):
     @cached_property
     def _tables(self) -> dict[int, PanelFit]:
         """Tables of the moments against the threshold, by twice the order of the moment."""
-        # Where the density jumps it has a root, which takes ever smaller panels.
+        # At a jump of the density the moment varies as a square root: it needs ever smaller panels.
         edges = self._density_pieces.edges
         root = resolve(self._root_moment, edges, PANELS + 2 * edges.size)
         tables = {-1: root}

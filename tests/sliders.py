@@ -1,4 +1,4 @@
-"""Elastic sliders summed step by step: what a law of friction is held against."""
+"""Elastic sliders computed step by step: independent references for friction laws."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def sphere_loop(
 def stops(
     path: np.ndarray, stiffnesses: np.ndarray, yields: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Force and dissipated energy along a path: each slider knows its own stretch and no more."""
+    """Force and dissipated energy along a path, from the stretch of each slider by itself."""
     stretch, before, forces, lost = np.zeros_like(yields), 0.0, [], [0.0]
     for x in path:
         free = stretch + (x - before)

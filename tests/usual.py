@@ -19,12 +19,12 @@ def rough(heights: Any, pair: ms.MaterialPair = PAIR, area: float = 2e-4) -> ms.
 
 
 def slope(call: Callable[[float], Any], step: float) -> Any:
-    """The derivative of a call at nothing, by a central difference."""
+    """Derivative of a function at zero, by a central difference."""
     return (call(step) - call(-step)) / (2.0 * step)
 
 
 def fine_slope(call: Callable[[float], Any], step: float) -> Any:
-    """The same, of fourth order."""
+    """Derivative of a function at zero, by a central difference of fourth order."""
     return (4.0 * slope(call, step) - slope(call, 2.0 * step)) / 3.0
 
 

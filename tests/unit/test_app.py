@@ -273,11 +273,12 @@ def test_a_scan_measured(bench: Bench) -> None:
     file = io.BytesIO()
     np.save(file, 1e-7 * np.sin(0.5 * x) * np.cos(0.4 * y))
     sent = bench.json("POST", "/api/uploads?name=ground.npy", file.getvalue())
-    options = {"unit": "m", "pixel": "1 um"}
+    options = {"unit": "m", "pixel": "1 um", "level": "auto"}
     seen = bench.json(
         "POST", f"/api/uploads/{sent['id']}/look", {"what": "scan", "options": options}
     )
     assert seen["picture"].startswith("data:image/png;base64,")
+    assert seen["level"] == "plane"
     asked = {"kind": "surface", "uploads": [sent["id"]], "options": {**options, "cutoff": "4 um"}}
     run = bench.finished(bench.json("POST", "/api/runs", asked)["id"])
     assert run["state"] == "done"

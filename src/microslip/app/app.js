@@ -190,17 +190,17 @@ $("new").addEventListener("submit", (event) => {
   });
 });
 
-// -- what is chosen with the mouse ---------------------------------------------------------------
+// -- previews of files ---------------------------------------------------------------------------
 
-// A chart of lines [x, y] in SI units; log axes where they are asked for. Its words: [what, unit]
-// along and up, the unit with the prefix that fits.
-function chart(lines, { log = false, height = 150, marks = [], label, along, up }) {
+// Returns a canvas with the line y over x, in SI units; with log, both axes are logarithmic. The
+// axes have labels along and up, each a [name, unit], to which a prefix is added.
+function chart([x, y], { log = false, height = 150, marks = [], label, along, up }) {
   const W = 880, H = 2 * height, left = 120, right = W - 14, top = 10, bottom = H - 62;
   const canvas = make("canvas", { width: W, height: H, role: "img", "aria-label": label });
   const to = log ? Math.log10 : (v) => v, pen = canvas.getContext("2d");
-  const reach = (k) => lines.flatMap((line) => line[k]).filter((v) => v !== null && (!log || v > 0))
+  const reach = (values) => values.filter((v) => !log || v > 0)
     .reduce(([a, b], n) => [Math.min(a, n), Math.max(b, n)], [Infinity, -Infinity]);
-  const [x0, x1] = reach(0), [y0, y1] = reach(1);
+  const [x0, x1] = reach(x), [y0, y1] = reach(y);
   const px = (v) => left + (right - left) * (to(v) - to(x0)) / (to(x1) - to(x0) || 1);
   const py = (v) => bottom - (bottom - top) * (to(v) - to(y0)) / (to(y1) - to(y0) || 1);
   const axis = ([name, unit], low, high, vertical) => {
@@ -226,20 +226,11 @@ function chart(lines, { log = false, height = 150, marks = [], label, along, up 
   pen.strokeStyle = "#999";
   pen.strokeRect(left, top, right - left, bottom - top);
   for (const mark of marks) { pen.beginPath(); pen.moveTo(px(mark), top); pen.lineTo(px(mark), bottom); pen.stroke(); }
-  lines.forEach(([x, y], k) => {
-    pen.strokeStyle = ["#0072B2", "#D55E00", "#009E73"][k % 3];
-    pen.lineWidth = 2;
-    pen.beginPath();
-    let on = false; // the line breaks where nothing was recorded
-    x.forEach((v, i) => {
-      if (v === null) { on = false; return; }
-      if (log && !(v > 0 && y[i] > 0)) return;
-      if (on) pen.lineTo(px(v), py(y[i])); else pen.moveTo(px(v), py(y[i]));
-      on = true;
-    });
-    pen.stroke();
-    pen.lineWidth = 1;
-  });
+  pen.strokeStyle = "#0072B2";
+  pen.lineWidth = 2;
+  pen.beginPath();
+  x.forEach((v, i) => { if (!log || v > 0 && y[i] > 0) pen.lineTo(px(v), py(y[i])); });
+  pen.stroke();
   return canvas;
 }
 
@@ -259,9 +250,9 @@ function drawScan(form, preview) {
     const pen = canvas.getContext("2d"), image = new Image();
     image.onload = () => pen.drawImage(image, 0, 0, canvas.width, canvas.height);
     image.src = preview.picture;
-    form.append(make("figure", {}, canvas, make("figcaption", {}, `Levelled (${picked.options.level || "plane"}).`)));
+    form.append(make("figure", {}, canvas, make("figcaption", {}, `Levelled (${preview.level}).`)));
   }
-  form.append(make("figure", {}, chart([preview.spectrum], { log: true, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
+  form.append(make("figure", {}, chart(preview.spectrum, { log: true, label: "Power spectrum over wavelength", along: ["Wavelength", "m"], up: ["Density", preview.picture ? "m⁴" : "m³"] }),
     make("figcaption", {}, "Power spectrum over wavelength.")));
 }
 
@@ -269,10 +260,10 @@ function drawRecord(form, preview) {
   const unit = preview.has_time ? "s" : "samples", along = preview.has_time ? ["Time", "s"] : ["Samples", ""];
   form.append(make("p", { class: "small" }, `${preview.samples} samples, ${preview.cycles.length} cycles found`));
   if (preview.no_cycles) form.append(make("p", { class: "error small" }, preview.no_cycles));
-  const said = make("figcaption", {}, `Displacement and force against time [${unit}], grey: where cycles begin.`);
-  form.append(make("figure", {}, chart([preview.displacement], { marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
-    chart([preview.force], { marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }), said,
-    chart([preview.path], { height: 150, along: ["Displacement", "m"], up: ["Force", "N"], label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
+  form.append(make("figure", {}, chart(preview.displacement, { marks: preview.cycles, height: 100, along, up: ["x", "m"], label: "Displacement against time" }),
+    chart(preview.force, { marks: preview.cycles, height: 100, along, up: ["T", "N"], label: "Force against time" }),
+    make("figcaption", {}, `Displacement and force against time [${unit}], grey: where cycles begin.`),
+    chart(preview.path, { height: 150, along: ["Displacement", "m"], up: ["Force", "N"], label: "Force over displacement" }), make("figcaption", {}, "Force over displacement")));
   if (preview.notes.length) form.append(make("details", {}, make("summary", { class: "small" }, "Reading of the file"), ...preview.notes.map((n) => make("p", { class: "small" }, n))));
 }
 

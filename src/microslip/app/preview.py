@@ -18,17 +18,17 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
     """Return the preview of a scan: levelled height map and spectrum."""
     from microslip.figures.kit import coarse, coloured
     from microslip.figures.svg import png_bytes
+    from microslip.surfaces.faults import automatic_level
     from microslip.surfaces.figures import SHARE
     from microslip.surfaces.spectrum import spectrum
 
+    level = automatic_level(scan.notes) if level == "auto" else level
     levelled = scan.condition(level=level)
     view: dict[str, Any] = {
         "what": "scan",
-        "name": scan.name,
+        "level": level or "none",
         "shape": list(scan.heights.shape),
-        "size": list(scan.size),
         "pixel": list(scan.pixel),
-        "notes": list(map(str, scan.notes)),
         "rms": levelled.statistics().rms if not scan.missing else None,
         "missing": scan.missing,
     }
@@ -37,7 +37,6 @@ def scan_view(scan: Scan, level: Any) -> dict[str, Any]:
         low, high = np.nanquantile(levelled.heights, (SHARE, 1.0 - SHARE)).tolist()
         picture = png_bytes(coloured(coarse(levelled.heights)[::-1], low, high))
         view["picture"] = "data:image/png;base64," + base64.b64encode(picture).decode("ascii")
-        view["heights"] = [low, high]
     else:
         waves = waves.axes[0]
     fine = np.isfinite(waves.wavelength) & np.isfinite(waves.density)
@@ -59,7 +58,6 @@ def record_view(record: Record, say: Any = str) -> dict[str, Any]:
     every = max(1, len(record) // 4000)
     view: dict[str, Any] = {
         "what": "record",
-        "name": record.name,
         "samples": len(record),
         "has_time": has_time,
         "notes": list(map(str, record.notes)),

@@ -42,7 +42,7 @@ def look_at_record(path: str, reading: Reading) -> None:
 
 @look.command("scan")
 @click.argument("path")
-@offers(offered.LEVEL, *offered.READING)
+@offers(offered.AUTOMATIC_LEVEL, *offered.READING)
 def look_at_scan(
     path: str, level: str | None, valid: tuple[float, float] | None, **options: Any
 ) -> None:

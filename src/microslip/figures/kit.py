@@ -40,12 +40,12 @@ def length_prefix(largest: float, smallest: float = 0.0) -> tuple[float, str]:
     return (1e-6, "µ") if largest > 1e-7 and (smallest or largest) < 1e-3 else prefix(largest)
 
 
-def envelope(values: Floats, blocks: int = 1500) -> NDArray[np.intp]:
+def envelope(values: Floats) -> NDArray[np.intp]:
     """Return the indices of the samples of a record that are drawn.
 
-    Of a long record, these are the smallest and the largest value of each of many blocks.
+    Of a long record, these are the smallest and the largest value of each of 1500 blocks.
     """
-    width = -(-values.size // blocks)
+    width = -(-values.size // 1500)
     if width <= 2:
         return np.arange(values.size)
     whole = values.size // width * width

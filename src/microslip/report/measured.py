@@ -113,7 +113,7 @@ def _answer(measurements: Sequence[Measurement]) -> str:
     measured, energy = measurements[0], energies[0]
     if len(measured.levels) > 1:
         return f"{len(measured)} cycles at {len(measured.levels)} amplitudes: {_ends(measured)}."
-    cycles = f"{len(measured)} cycle{'s' * (len(measured) > 1)}"
+    cycles = plural(len(measured), "cycle")
     spread = ""
     if energy.number > 1:
         ends = _joules(energy.low, energy.high)
@@ -289,8 +289,7 @@ def campaign_table(campaign: Campaign) -> DataSet:
     }
     means = {name: [m.mean.get(name, unknown)[:3] for m in every] for name in _COLUMNS_SHOWN}
     for name, values in means.items():
-        quantity = Quantity(COLUMN_UNITS[name], label=LABELS[name])
-        columns[name] = quantity, [value for value, _, _ in values]
+        columns[name] = _quantity(name), [value for value, _, _ in values]
     settled = ["yes" if measured.is_settled else "no" for measured in every]
     columns["settled"] = count("settled"), settled
     columns["frequency"] = Quantity("Hz"), [measured.frequency for measured in every]
@@ -334,12 +333,11 @@ def _wear_section(wear: Wear) -> Section:
         # In cubic micrometres per joule, as usual in the literature.
         value, low, high = (1e18 * end for end in wear.coefficient[:3])
         ends = "" if math.isnan(low) else f" ({low:.3g} to {high:.3g})"
-        volumes = len(wear.records)
+        volumes = plural(len(wear.records), "worn volume")
         parts.append(
             Note(
-                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {volumes} worn volume"
-                f"{'s' * (volumes > 1)} and the energy dissipated since the specimen was new "
-                "(Fouvry et al. 2003)."
+                f"Energy wear coefficient: {value:.3g} µm³/J{ends}, from {volumes} and the energy "
+                "dissipated since the specimen was new (Fouvry et al. 2003)."
             )
         )
         plot = partial(figures.worn, wear)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -91,9 +92,10 @@ def faults(heights: Floats) -> list[Remark]:
     return [Remark(FAULT, text) for text in words]
 
 
-def is_bow(note: str) -> bool:
-    """Return whether a note of a scan reports a bowed form."""
-    return isinstance(note, Remark) and note.kind == FAULT and note.words.startswith("bow:")
+def automatic_level(notes: Iterable[str]) -> str:
+    """Return the form to remove: quadratic if a note of the scan reports a bow, else a plane."""
+    faults = (note.words for note in notes if isinstance(note, Remark) and note.kind == FAULT)
+    return "quadratic" if any(words.startswith("bow:") for words in faults) else "plane"
 
 
 def _levelled(heights: Floats) -> tuple[Floats, Floats, float]:

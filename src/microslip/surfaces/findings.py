@@ -19,7 +19,7 @@ from microslip.contact.materials import Material, MaterialPair
 from microslip.friction import Interface
 from microslip.surfaces import Scan
 from microslip.surfaces.conditioning import condition
-from microslip.surfaces.faults import is_bow
+from microslip.surfaces.faults import automatic_level
 from microslip.surfaces.height_map import HeightMap
 from microslip.surfaces.joints import FaceJoint, solve_joint
 from microslip.surfaces.moments import Statistics, SummitStatistics
@@ -143,9 +143,7 @@ def analyse(request: Request, progress: Progress | None = None) -> Findings:
             "the interaction of contacts"
         )
     whole = condition(raw.repaired(), crop=request.crop)
-    level = request.level
-    if level == "auto":
-        level = "quadratic" if any(is_bow(note) for note in raw.notes) else "plane"
+    level: Any = automatic_level(raw.notes) if request.level == "auto" else request.level
     conditioned = condition(whole, level=level)
     levelled = condition(conditioned, long_cutoff=request.long_cutoff)
     report(0.05)

@@ -92,10 +92,9 @@ def draw_curves(panel: Panel, result: Prediction, quantity: CurveValues) -> Floa
         )
         for i, _ in loads
     ]
-    bands = [_band(panel, result, quantity, number) for number in range(len(loads))]
-    for number, (index, look) in enumerate(loads):
+    bands = [_band(panel, result, quantity, index, look.color) for index, look in loads]
+    for (index, look), (x, y) in zip(loads, lines, strict=True):
         curve, row = result.curves[index], result.rows[index]
-        x, y = lines[number]
         panel.line(x, y, look.color)
         inside = (row.amplitude >= curve.amplitude[0]) & (row.amplitude <= curve.amplitude[-1])
         marked = np.flatnonzero(inside)
@@ -114,10 +113,11 @@ def draw_curves(panel: Panel, result: Prediction, quantity: CurveValues) -> Floa
     return finite if finite.size else np.array([np.nan])
 
 
-def _band(panel: Panel, result: Prediction, quantity: CurveValues, number: int) -> Floats:
-    """Shade the range between the outermost quantiles at load ``number``; return its ordinates."""
+def _band(
+    panel: Panel, result: Prediction, quantity: CurveValues, index: int, color: str
+) -> Floats:
+    """Shade the range between the outermost quantiles at a load; return its ordinates."""
     scatter = result.scatter
-    index, look = drawn_loads(result)[number]
     if scatter is None:
         return np.zeros(0)
     curve = result.curves[index]
@@ -125,7 +125,7 @@ def _band(panel: Panel, result: Prediction, quantity: CurveValues, number: int) 
         drawable(quantity(scatter.curve(end, index, curve.amplitude)), panel.y.log)
         for end in (0, scatter.quantiles.size - 1)
     ]
-    area = between(curve.amplitude / panel.x.unit, edges[0], edges[1], pale(look.color))
+    area = between(curve.amplitude / panel.x.unit, edges[0], edges[1], pale(color))
     panel.items.insert(0, area)
     return area.y
 
